@@ -5,10 +5,10 @@ mod fig2;
 use divan::{Bencher, counter::ItemsCount};
 use fig2::{hand, square};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{ChangeSet, Changes, Grip, Grips, Jaws, Path, Tearing};
 use rhexis::settings::Settings;
 use rhexis::simulation::{DebugLines, Haptics, Simulation, normals};
+use rhexis::storage::BodyId;
 use std::cell::RefCell;
 
 const CELLS: [usize; 2] = [55, 46];
@@ -19,7 +19,7 @@ fn main() {
 }
 
 /// The square under a trembling hand, pinched near its middle.
-fn pinched() -> (Simulation, Entity) {
+fn pinched() -> (Simulation, BodyId) {
     let grip = Grip {
         name: "forceps".into(),
         near_tip: None,
@@ -134,7 +134,7 @@ fn cut(bencher: Bencher, is_noted: bool) {
         let body = simulation.spawn(square(CELLS, hand()).with(Tearing::default())).expect("an admissible body");
         let mut changes = ChangeSet::default();
         if is_noted {
-            simulation.world_mut().insert_one(body, Changes::default()).expect("a body");
+            simulation.world_mut().insert_one(body.entity(), Changes::default()).expect("a body");
             simulation.drain_changes(body, &mut changes).expect("a list");
         }
         (simulation, body, changes)

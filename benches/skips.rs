@@ -8,13 +8,12 @@ mod fig2;
 use divan::{Bencher, counter::ItemsCount};
 use fig2::{LARGE, square};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Tearing};
 use rhexis::membrane::Membrane;
 use rhexis::schedule::{STEP, Stage};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::TriangleMesh;
+use rhexis::storage::{BodyId, TriangleMesh};
 use rhexis::systems::StepContext;
 use rhexis::systems::forces::{assembly, corotation};
 
@@ -23,7 +22,7 @@ fn main() {
     divan::main();
 }
 
-fn stretched(body: Membrane) -> (Simulation, Entity, StepContext) {
+fn stretched(body: Membrane) -> (Simulation, BodyId, StepContext) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).expect("threads");
     let body = simulation.spawn(body).expect("an admissible body");
     simulation.step(1.0).expect("a time step");

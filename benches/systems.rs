@@ -10,7 +10,7 @@ mod fig2;
 use divan::{Bencher, counter::ItemsCount};
 use fig2::{LARGE, SMALL, hand, square};
 use glam::DVec3;
-use hecs::{Entity, World};
+use hecs::World;
 use rhexis::components::{
     Anchor, Contact, Curve, Drag, EdgeLoad, EdgeLoads, Gravity, Grip, Grips, Holds, Increment, Jaws, Obstacle, Path,
     PointLoad, PointLoads, Pressure, Shape, Springs, TearLog, Tearing,
@@ -18,7 +18,7 @@ use rhexis::components::{
 use rhexis::schedule::{STEP, Stage, System};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Tips, Topology, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Tips, Topology, Triangles, Vertices};
 use rhexis::systems::StepContext;
 
 const SYSTEMS: [&str; 15] = [
@@ -57,7 +57,7 @@ fn fresh_step() -> Vec<System> {
 }
 
 /// The square with every component, at 1 % stretch; its tip wants to advance.
-fn laden(cells: [usize; 2]) -> (Simulation, Entity) {
+fn laden(cells: [usize; 2]) -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).expect("threads");
     let body = square(cells, hand());
     let along_top = body.select(|p| p.y == 30.0 && p.x < 14.0);
@@ -114,9 +114,9 @@ struct Saved {
 }
 
 impl Saved {
-    fn of(world: &World, body: Entity) -> Self {
-        fn one<T: hecs::Component + Clone>(world: &World, body: Entity) -> T {
-            T::clone(&*world.get::<&T>(body).expect("the body carries it"))
+    fn of(world: &World, body: BodyId) -> Self {
+        fn one<T: hecs::Component + Clone>(world: &World, body: BodyId) -> T {
+            T::clone(&*world.get::<&T>(body.entity()).expect("the body carries it"))
         }
         Self {
             tables: (one(world, body), one(world, body), one(world, body), one(world, body)),
@@ -125,7 +125,7 @@ impl Saved {
         }
     }
 
-    fn restore(&self, world: &mut World, body: Entity) {
+    fn restore(&self, world: &mut World, body: BodyId) {
         // A clone has no reserve: without one the first edit would be timed copying whole columns.
         const RESERVE: usize = 64;
         let (mut vertices, mut triangles, mut topology, mut increment) = self.tables.clone();
@@ -137,9 +137,9 @@ impl Saved {
         let (mut holds, mut springs, grips, edge_loads) = self.followers.clone();
         holds.groups.iter_mut().for_each(|hold| hold.members.reserve(RESERVE));
         springs.anchors.reserve(RESERVE);
-        world.insert(body, (vertices, triangles, topology, increment)).expect("the body lives");
-        world.insert(body, self.tears.clone()).expect("the body lives");
-        world.insert(body, (holds, springs, grips, edge_loads)).expect("the body lives");
+        world.insert(body.entity(), (vertices, triangles, topology, increment)).expect("the body lives");
+        world.insert(body.entity(), self.tears.clone()).expect("the body lives");
+        world.insert(body.entity(), (holds, springs, grips, edge_loads)).expect("the body lives");
     }
 }
 

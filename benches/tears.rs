@@ -7,12 +7,11 @@ mod fig2;
 use divan::{Bencher, black_box, counter::ItemsCount};
 use fig2::{LARGE, SMALL, hand, square};
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{Bending, DecidedBy, EnergyCriterion, Tearing, Toughness};
 use rhexis::math::Sym2;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{EditRecord, Mesh, Tips, Topology, Triangles, Vertices, undo};
+use rhexis::storage::{BodyId, EditRecord, Mesh, Tips, Topology, Triangles, Vertices, undo};
 use rhexis::systems::fracture::{
     Cutter, Disc, EnergyTerms, Quality, ShiftedDisc, Surface, TearScratch, TipMemory, Walk, energy_decision,
     lay_at_tip, strength,
@@ -82,7 +81,7 @@ fn table(bencher: Bencher, exponent: f64) {
 const LARGEST: [usize; 2] = [300, 250];
 
 /// The notched square at 1 % stretch.
-fn notched(cells: [usize; 2], tearing: Tearing) -> (Simulation, Entity) {
+fn notched(cells: [usize; 2], tearing: Tearing) -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).expect("threads");
     let body = simulation.spawn(square(cells, hand()).with(tearing)).expect("an admissible body");
     for _ in 0..5 {
@@ -97,10 +96,10 @@ fn notched(cells: [usize; 2], tearing: Tearing) -> (Simulation, Entity) {
 fn at_tip(edges_per_radius: f64, f: impl FnOnce(&Surface, u32, f64)) {
     let (simulation, body) = notched(LARGE, Tearing { strength_along_fibres: 1e9, ..Tearing::default() });
     let world = simulation.world();
-    let vertices = &*world.get::<&Vertices>(body).expect("a body");
-    let triangles = &*world.get::<&Triangles>(body).expect("a body");
-    let topology = &*world.get::<&Topology>(body).expect("a body");
-    let tip = world.get::<&Tips>(body).expect("a body that tears").vertex[0];
+    let vertices = &*world.get::<&Vertices>(body.entity()).expect("a body");
+    let triangles = &*world.get::<&Triangles>(body.entity()).expect("a body");
+    let topology = &*world.get::<&Topology>(body.entity()).expect("a body");
+    let tip = world.get::<&Tips>(body.entity()).expect("a body that tears").vertex[0];
     let surface = Surface {
         vertices,
         triangles,
@@ -192,8 +191,8 @@ fn shifted_disc(bencher: Bencher, edges_per_radius: f64, bending: Option<&Bendin
 fn advance(bencher: Bencher, triangle_count: usize) {
     let cells = [SMALL, LARGE, LARGEST].into_iter().find(|[nx, ny]| 2 * nx * ny == triangle_count);
     let (mut simulation, body) = notched(cells.expect("one of them"), Tearing::default());
-    let tip = simulation.world().get::<&Tips>(body).expect("a body that tears").vertex[0];
-    let tables = simulation.world_mut().query_one_mut::<(&mut Vertices, &mut Triangles, &mut Topology)>(body);
+    let tip = simulation.world().get::<&Tips>(body.entity()).expect("a body that tears").vertex[0];
+    let tables = simulation.world_mut().query_one_mut::<(&mut Vertices, &mut Triangles, &mut Topology)>(body.entity());
     let (vertices, triangles, topology) = tables.expect("a body");
     let mesh = RefCell::new(Mesh { vertices, triangles, topology });
     let scratch = RefCell::new(TearScratch::default());

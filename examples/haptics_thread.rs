@@ -61,7 +61,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let forces: Vec<DVec3> = forces.map_err(|error: Box<dyn std::error::Error>| error)?;
 
     simulation.settle(0.0, 1e-8)?;
-    let simulated = simulation.world().get::<&Grips>(body)?.pinches[0].force;
+    let simulated = simulation.world().get::<&Grips>(body.entity())?.pinches[0].force;
     let felt = forces.last().copied().ok_or("no force was felt")?;
     println!(
         "{} forces in {} steps; at the end {felt:.4} N, simulated {simulated:.4} N",

@@ -70,7 +70,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let report = simulation.report().systems.iter().find(|system| system.name == "magnet");
     let report = report.ok_or("the magnet is not in the report")?;
     println!("the magnet ran {} times in the static solve, in {:?}", report.bodies, report.time);
-    let pull = simulation.world().get::<&Magnet>(body)?.force;
+    let pull = simulation.world().get::<&Magnet>(body.entity())?.force;
     let reaction = simulation.reactions(body)?[0].1;
     let lifted = simulation.view(body)?.positions.iter().map(|x| x.z).fold(0.0, f64::max);
     println!("lifted by {lifted:.2} mm; the magnet pulls {pull:.4} N, the rim holds {reaction:.4} N");

@@ -12,11 +12,10 @@ pub const HAS_FACTORS: bool = cfg!(feature = "direct");
 ///
 /// # Errors
 /// None: the sheet is sound.
-pub fn example() -> crate::Result<(crate::simulation::Simulation, hecs::Entity)> {
-    use crate::prelude::{Attached, Changes, Curve, DVec3, Hold, Material, Membrane, Settings, Simulation, Tearing};
+pub fn example() -> crate::Result<(crate::simulation::Simulation, crate::storage::BodyId)> {
+    use crate::prelude::{Changes, Hold, Material, Membrane, Settings, Simulation, Tearing};
     let sheet = Membrane::new("sheet", crate::generate::grid(10.0, 10.0, 8, 8)?, Material::allard_2009());
-    let members = Attached::new(sheet.select(|p| p.x == 0.0).into_iter().map(|vertex| (vertex, DVec3::ZERO)));
-    let hold = Hold { name: "left".into(), members, axes: [true; 3], curve: Curve::constant(1.0) };
+    let hold = Hold::new("left", sheet.select(|p| p.x == 0.0));
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() })?;
     let body = simulation.spawn(sheet.hold(hold).with(Tearing::default()).with(Changes::default()))?;
     Ok((simulation, body))

@@ -26,8 +26,8 @@
 //!     let mut sheet = Membrane::new("sheet", mesh, Material::allard_2009()).planar().with(Tearing::default());
 //!     sheet = sheet.fibres(Fibres::at_degrees(60.0));
 //!     for (name, x, way) in [("left", 0.0, DVec3::NEG_X), ("right", 30.0, DVec3::X)] {
-//!         let members = Attached::new(sheet.select(|p| p.x == x).into_iter().map(|vertex| (vertex, way)));
-//!         sheet = sheet.hold(Hold { name: name.into(), members, axes: [true; 3], curve: Curve::ramp(1000.0, 3.0)? });
+//!         let hold = Hold::new(name, sheet.select(|p| p.x == x)).moved(way, Curve::ramp(1000.0, 3.0)?);
+//!         sheet = sheet.hold(hold);
 //!     }
 //!     let mut simulation = Simulation::new(Settings::default())?;
 //!     let body = simulation.spawn(sheet)?;

@@ -1,5 +1,6 @@
 //! A body before it is spawned: mesh, material, fibres and whatever else it carries.
 
+#[doc(hidden)]
 pub use crate::components::BodyError;
 use crate::components::check::{Check, Host, number, positive};
 use crate::components::{

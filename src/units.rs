@@ -1,4 +1,18 @@
 //! Other units than the engine's own mm, g, ms (hence N, MPa, mJ), as functions that convert into them.
+//!
+//! # Examples
+//! ```
+//! use rhexis::units;
+//!
+//! assert_eq!([units::micrometres(20.0), units::kilopascals(3.0)], [0.02, 0.003]);
+//! assert_eq!(units::metres_per_second(2.0), 2.0);
+//! let density = units::kilograms_per_cubic_metre(1000.0);
+//! let gravity = units::metres_per_second_squared(9.81);
+//! let toughness = units::joules_per_square_metre(100.0);
+//! let pressure = units::millimetres_of_mercury(15.0);
+//! let (grip, traction) = (units::millinewtons(50.0), units::newtons_per_metre(20.0));
+//! assert!([density, gravity, toughness, pressure, grip, traction].iter().all(|value| *value > 0.0));
+//! ```
 
 /// Metres, as mm.
 pub const fn metres(value: f64) -> f64 {

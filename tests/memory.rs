@@ -76,7 +76,7 @@ fn bytes_per_triangle(
         }
     }
     let change = region.change();
-    let count = simulation.world().get::<&Triangles>(body).unwrap().len();
+    let count = simulation.world().get::<&Triangles>(body.entity()).unwrap().len();
     (change.bytes_allocated - change.bytes_deallocated) / count
 }
 

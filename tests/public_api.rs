@@ -3,7 +3,7 @@
 //! One line for each item: its path, and its declaration as it stands in the source. Hidden items are none of it.
 
 use serde_json::Value;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,6 +13,16 @@ const UPDATE: &str = "RHEXIS_UPDATE_API";
 
 const HOW: &str = "If the change is meant, write the file anew and say in the changelog what users have to do:
     RHEXIS_UPDATE_API=1 cargo test --release -p rhexis --test public_api -- --ignored";
+
+/// Maximum lines of `public_api.txt` that are not of the prelude, which names items a second time:
+/// `grep -vc '^rhexis::prelude' tests/public_api.txt`.
+const MAX_ITEMS: usize = 1500;
+
+/// Maximum public items that nothing outside of the engine names and no example shows: a budget that only falls.
+const MAX_UNUSED: usize = 11;
+
+/// Folders and files whose words count as a use of the interface.
+const USERS: [&str; 7] = ["crates", "bindings", "examples", "benches", "tests", "docs", "README.md"];
 
 /// What the documentation's tool knows of the crate, with the default features.
 struct Crate {
@@ -182,4 +192,86 @@ fn the_public_interface_is_as_written() {
     let come = now.difference(&written).map(|line| format!("+ {line}\n"));
     let changes: String = gone.chain(come).collect();
     assert!(changes.is_empty(), "the public interface is not that of tests/public_api.txt:\n{changes}{HOW}");
+}
+
+#[test]
+fn the_public_interface_is_small() {
+    let count = public_items().len();
+    assert!(count <= MAX_ITEMS, "{count} public items: hide, or make private, those that no user needs");
+}
+
+/// Functions, types, constants and fields; variants of enums and their fields come with their enum.
+#[test]
+fn public_items_are_used_or_shown() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut words = HashSet::new();
+    USERS.iter().for_each(|user| add_words(&folder.join(user), &mut words));
+    ["src", "systems"].iter().for_each(|part| add_examples(&folder.join(part), &mut words));
+    let items = public_items();
+    let is_own = |declaration: &str| declaration.starts_with("pub ") || declaration.ends_with('!');
+    let is_unused = |line: &&String| {
+        let (path, declaration) = line.split_once(": ").unwrap_or((line, ""));
+        let name = path.rsplit("::").next().unwrap_or_default();
+        is_own(declaration.split(" [").next().unwrap_or_default()) && !words.contains(name)
+    };
+    let unused: Vec<&String> = items.iter().filter(is_unused).collect();
+    let count = unused.len();
+    assert!(
+        count <= MAX_UNUSED,
+        "{count} used nowhere outside of the engine, and without an example:
+{unused:#?}"
+    );
+}
+
+fn public_items() -> Vec<String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/public_api.txt");
+    let text = fs::read_to_string(path).unwrap();
+    text.lines().filter(|line| !line.starts_with("rhexis::prelude")).map(str::to_owned).collect()
+}
+
+/// Files of a folder whose extension is one of these; folders of builds are left out.
+fn files(folder: &Path, extensions: &[&str], found: &mut Vec<PathBuf>) {
+    if folder.is_file() {
+        found.push(folder.to_owned());
+        return;
+    }
+    for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        let name = entry.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let is_built = ["target", "node_modules", "results", "dist"].contains(&name.as_str()) || name.starts_with('.');
+        let has_extension = entry.extension().is_some_and(|own| extensions.iter().any(|other| own == *other));
+        if entry.is_dir() && !is_built || has_extension {
+            files(&entry, extensions, found);
+        }
+    }
+}
+
+fn add_words(folder: &Path, words: &mut HashSet<String>) {
+    let mut found = Vec::new();
+    let extensions = ["rs", "md", "toml", "py", "pyi", "js", "mjs", "ts", "h", "hpp", "c", "cpp", "cs"];
+    files(folder, &extensions, &mut found);
+    for file in found {
+        let text = fs::read_to_string(&file).unwrap_or_default();
+        words.extend(text.split(|character| !is_of_name(character)).map(str::to_owned));
+    }
+}
+
+/// Words of the examples in docs.
+fn add_examples(folder: &Path, words: &mut HashSet<String>) {
+    let mut found = Vec::new();
+    files(folder, &["rs"], &mut found);
+    for file in found {
+        let mut is_example = false;
+        for line in fs::read_to_string(&file).unwrap_or_default().lines() {
+            let line = line.trim_start();
+            let Some(line) = line.strip_prefix("///").or_else(|| line.strip_prefix("//!")) else {
+                is_example = false;
+                continue;
+            };
+            if line.trim_start().starts_with("```") {
+                is_example = !is_example;
+            } else if is_example {
+                words.extend(line.split(|character| !is_of_name(character)).map(str::to_owned));
+            }
+        }
+    }
 }

@@ -2,11 +2,10 @@
 
 use crate::{Renderer, Result};
 use glam::{DQuat, DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{Changes, Damping, Drag, Fibres, Gravity, Material, Tearing};
 use rhexis::membrane::Membrane;
 use rhexis::simulation::Simulation;
-use rhexis::storage::TriangleMesh;
+use rhexis::storage::{BodyId, TriangleMesh};
 use std::sync::Arc;
 
 /// Side of a sheet \[mm\].
@@ -21,8 +20,8 @@ const BESIDE: DVec3 = DVec3::new(60.0, 0.0, 0.0);
 
 #[derive(Clone)]
 pub struct Level {
-    pub cloth: Entity,
-    second: Option<Entity>,
+    pub cloth: BodyId,
+    second: Option<BodyId>,
 }
 
 impl Level {
@@ -49,7 +48,7 @@ impl Level {
     }
 }
 
-fn spawn(simulation: &mut Simulation, renderer: &mut Renderer, side: usize) -> Result<Entity> {
+fn spawn(simulation: &mut Simulation, renderer: &mut Renderer, side: usize) -> Result<BodyId> {
     let (mesh, texture) = dome(side);
     let tearing = Tearing {
         strength_across_fibres: 0.6,

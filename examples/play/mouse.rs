@@ -2,9 +2,9 @@
 
 use crate::{Result, Summary};
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{Jaws, Pose, Slip};
 use rhexis::simulation::{Grasp, Simulation};
+use rhexis::storage::{BodyId, ForcepsId};
 
 /// Where the camera stands \[mm\], and how far it sees.
 const EYE: DVec3 = DVec3::new(0.0, 0.0, 120.0);
@@ -39,7 +39,7 @@ impl Dice {
 
 pub struct Mouse {
     dice: Dice,
-    forceps: Entity,
+    forceps: ForcepsId,
     cursor: DVec2,
     /// Distance at which it grasped \[mm\]; `None` with an open hand.
     held_at: Option<f64>,
@@ -54,7 +54,7 @@ impl Mouse {
     }
 
     /// One frame of input, which the next step of `dt` \[ms\] carries out.
-    pub fn play(&mut self, simulation: &mut Simulation, body: Entity, dt: f64, summary: &mut Summary) -> Result<()> {
+    pub fn play(&mut self, simulation: &mut Simulation, body: BodyId, dt: f64, summary: &mut Summary) -> Result<()> {
         let step = DVec2::new(self.dice.next(), self.dice.next()) * 2.0 - 1.0;
         self.cursor = (self.cursor + step * PACE).clamp(DVec2::splat(-REACH), DVec2::splat(REACH));
         let ahead = (DVec3::new(self.cursor.x, self.cursor.y - 10.0, 25.0) - EYE).normalize();
@@ -82,7 +82,7 @@ impl Mouse {
         Ok(())
     }
 
-    fn grasp(&mut self, simulation: &mut Simulation, body: Entity, ahead: DVec3, summary: &mut Summary) -> Result<()> {
+    fn grasp(&mut self, simulation: &mut Simulation, body: BodyId, ahead: DVec3, summary: &mut Summary) -> Result<()> {
         let Some(hit) = simulation.cast_ray(body, EYE, ahead, FAR) else {
             summary.count("missed");
             return Ok(());

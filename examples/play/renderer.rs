@@ -3,9 +3,9 @@
 
 use crate::Result;
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{Change, ChangeSet};
 use rhexis::simulation::{FixedStep, Simulation, normals};
+use rhexis::storage::BodyId;
 use std::collections::BTreeMap;
 
 /// What lies in its memory of one body.
@@ -43,7 +43,7 @@ impl Buffers {
 
 #[derive(Clone, Default)]
 pub struct Renderer {
-    bodies: BTreeMap<Entity, Buffers>,
+    bodies: BTreeMap<BodyId, Buffers>,
     changes: ChangeSet,
     drawn: Vec<DVec3>,
     shades: Vec<DVec3>,
@@ -51,7 +51,7 @@ pub struct Renderer {
 
 impl Renderer {
     /// A body as it was spawned, with its texture coordinates: what is torn before the first picture is a change already.
-    pub fn add(&mut self, simulation: &mut Simulation, body: Entity, texture: Vec<DVec2>) -> Result<()> {
+    pub fn add(&mut self, simulation: &mut Simulation, body: BodyId, texture: Vec<DVec2>) -> Result<()> {
         simulation.drain_changes(body, &mut self.changes)?;
         let view = simulation.view(body)?;
         let (indices, rest) = (view.triangles.to_vec(), view.rest_positions.to_vec());
@@ -59,12 +59,12 @@ impl Renderer {
         Ok(())
     }
 
-    pub fn remove(&mut self, body: Entity) {
+    pub fn remove(&mut self, body: BodyId) {
         self.bodies.remove(&body);
     }
 
     /// Takes in what has changed in the mesh of a body. Returns how many changes there were.
-    pub fn follow(&mut self, simulation: &mut Simulation, body: Entity) -> Result<usize> {
+    pub fn follow(&mut self, simulation: &mut Simulation, body: BodyId) -> Result<usize> {
         let Self { bodies, changes, .. } = self;
         let buffers = bodies.get_mut(&body).ok_or("a body that the renderer does not know")?;
         simulation.drain_changes(body, changes)?;
@@ -81,7 +81,7 @@ impl Renderer {
     }
 
     /// Draws a body between its last two steps. Returns how many changes of the mesh there were.
-    pub fn draw(&mut self, simulation: &mut Simulation, clock: &FixedStep, body: Entity) -> Result<usize> {
+    pub fn draw(&mut self, simulation: &mut Simulation, clock: &FixedStep, body: BodyId) -> Result<usize> {
         let count = self.follow(simulation, body)?;
         let Self { bodies, drawn, shades, .. } = self;
         let buffers = bodies.get_mut(&body).ok_or("a body that the renderer does not know")?;
@@ -96,7 +96,7 @@ impl Renderer {
     }
 
     /// Asserts that what it keeps of a body is the mesh.
-    pub fn check(&self, simulation: &mut Simulation, body: Entity, frame: u64) -> Result<()> {
+    pub fn check(&self, simulation: &mut Simulation, body: BodyId, frame: u64) -> Result<()> {
         let (buffers, view) = (&self.bodies[&body], simulation.view(body)?);
         assert_eq!(buffers.indices, view.triangles, "frame {frame}: triangles");
         assert_eq!(buffers.rest, view.rest_positions, "frame {frame}: rest positions");

@@ -22,11 +22,14 @@ mod derived;
 mod parameter;
 mod state;
 
+#[doc(hidden)]
 pub use crate::event::{BlockedNucleation, DecidedBy, PartedBy, RingFault};
 pub use crate::math::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, StiffeningFibres};
 pub use body_error::BodyError;
 pub use derived::changes::{Change, ChangeSet, Changes};
-pub use derived::evaluation::{ExternalStiffness, Forces, Frames};
+#[doc(hidden)]
+pub use derived::evaluation::Frames;
+pub use derived::evaluation::{ExternalStiffness, Forces};
 #[doc(hidden)]
 pub use derived::free_axes::{EachFree, FreeAxes};
 #[doc(hidden)]
@@ -44,6 +47,7 @@ pub use parameter::body::{Body, Planar};
 pub use parameter::curve::{BadCurve, Curve};
 pub use parameter::energy_criterion::EnergyCriterion;
 pub use parameter::environment::{Damping, Drag, Gravity, PreStretch, Pressure};
+#[doc(hidden)]
 pub use parameter::fibre_laws::{FibreLaws, fibre_law};
 pub use parameter::fibres::Fibres;
 pub use parameter::grip::{Grip, Grips, NearTip, Path};
@@ -62,18 +66,28 @@ pub use parameter::turning::{HoldTurns, Turning};
 pub use state::blade::Blade;
 pub use state::energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub(crate) use state::energy_audit::{Equilibrium, Shares};
-pub use state::forceps::{Forceps, Grasp, Motion, Pinch, Pose};
+#[doc(hidden)]
+pub use state::forceps::Pinch;
+pub use state::forceps::{Forceps, Grasp, Motion, Pose};
+#[doc(hidden)]
 pub use state::guard::{Fault, GuardFigures};
 #[doc(hidden)]
 pub use state::guard_ledger::GuardLedger;
+pub use state::increment::Reactions;
 pub(crate) use state::increment::fraction_of;
-pub use state::increment::{Increment, Reactions, Tautness};
+#[doc(hidden)]
+pub use state::increment::{Increment, Tautness};
 pub use state::ligament_failure::LigamentFailure;
+#[doc(hidden)]
 pub use state::obstacle_motion::{FrictionState, ObstacleMotion};
+#[doc(hidden)]
 pub use state::refined::Refined;
 #[doc(hidden)]
 pub use state::sleep_state::SleepState;
 pub use state::solve_result::SolveResult;
+#[doc(hidden)]
 pub use state::step_forces::StepForces;
-pub use state::tear_decisions::{RefusedSite, TearDecision, TearDecisions, TearSite};
+pub use state::tear_decisions::TearDecision;
+#[doc(hidden)]
+pub use state::tear_decisions::{RefusedSite, TearDecisions, TearSite};
 pub use state::tear_log::TearLog;

@@ -4,9 +4,8 @@ mod causes;
 
 pub use causes::{BlockedNucleation, DecidedBy, GuardCause, GuardPlace, PartedBy, RingFault};
 
-use crate::storage::{TipKey, VertexKey};
+use crate::storage::{BodyId, TipKey, VertexKey};
 use glam::DVec3;
-use hecs::Entity;
 use std::fmt;
 
 /// One event.
@@ -18,8 +17,7 @@ pub struct Event {
     /// Time at the end of that step \[ms\].
     pub time: f64,
     /// The body.
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-    pub body: Entity,
+    pub body: BodyId,
     /// Kind of the event.
     pub kind: EventKind,
 }

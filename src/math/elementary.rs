@@ -33,7 +33,7 @@ pub fn tan(x: f64) -> f64 {
 
 /// The angle \[rad\] in \[−π/2, π/2\] of a sine.
 #[inline]
-pub fn asin(x: f64) -> f64 {
+pub(crate) fn asin(x: f64) -> f64 {
     libm::asin(x)
 }
 
@@ -63,7 +63,7 @@ pub fn exp(x: f64) -> f64 {
 
 /// eˣ − 1, exact to rounding near zero.
 #[inline]
-pub fn exp_m1(x: f64) -> f64 {
+pub(crate) fn exp_m1(x: f64) -> f64 {
     libm::expm1(x)
 }
 
@@ -107,7 +107,7 @@ pub fn hypot(x: f64, y: f64) -> f64 {
 
 /// 2ⁿ, exactly; n is taken into \[−1022, 1023\].
 #[inline]
-pub fn power_of_two(n: i32) -> f64 {
+pub(crate) fn power_of_two(n: i32) -> f64 {
     f64::from_bits(((n.clamp(-1022, 1023) + 1023) as u64) << 52)
 }
 
@@ -126,7 +126,7 @@ pub fn unit_at(angle: f64) -> DVec2 {
 
 /// The angle \[rad\] in \[−π, π\] of a vector from x.
 #[inline]
-pub fn angle_of(v: DVec2) -> f64 {
+pub(crate) fn angle_of(v: DVec2) -> f64 {
     atan2(v.y, v.x)
 }
 
@@ -144,7 +144,7 @@ pub fn rotation(axis: DVec3, angle: f64) -> DQuat {
 }
 
 /// The rotation that is `part` of the shorter way from `a` to `b`, at an even speed (Shoemake 1985).
-pub fn slerp(a: DQuat, b: DQuat, part: f64) -> DQuat {
+pub(crate) fn slerp(a: DQuat, b: DQuat, part: f64) -> DQuat {
     let dot = a.dot(b);
     let (b, dot) = if dot < 0.0 { (-b, -dot) } else { (b, dot) };
     if dot > 1.0 - f64::EPSILON {
@@ -156,7 +156,7 @@ pub fn slerp(a: DQuat, b: DQuat, part: f64) -> DQuat {
 }
 
 /// The square root with a positive real part, or on the imaginary axis.
-pub fn complex_sqrt(z: Complex64) -> Complex64 {
+pub(crate) fn complex_sqrt(z: Complex64) -> Complex64 {
     let norm = hypot(z.re, z.im);
     // Of the two parts the one that does not cancel first.
     let larger = (0.5 * (norm + z.re.abs())).sqrt();

@@ -19,15 +19,24 @@ mod sym2;
 mod sym3;
 mod triangle;
 
+#[doc(hidden)]
 pub use element::{ElementState, FlatState, GeometricStiffness, Polar};
+#[doc(hidden)]
 pub use faded::{FADES_FROM, Faded};
+#[doc(hidden)]
 pub use fibre_law::{CoupledStiffness, FibreLaw};
+#[doc(hidden)]
 pub use fracture::{CrackTip, Modes, Slopes};
+#[doc(hidden)]
 pub use holzapfel_gasser_ogden::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, PreparedLaw};
+#[doc(hidden)]
 pub use nearest::nearest_in_triangle;
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
+#[doc(hidden)]
 pub use per_row::PerRow;
+#[doc(hidden)]
 pub use stiffening_fibres::{FibreResponse, StiffeningFibres};
 pub use sym2::Sym2;
 pub use sym3::Sym3;
+#[doc(hidden)]
 pub use triangle::{RestTriangle, SmallestAngle, smallest_angle};

@@ -108,7 +108,7 @@ impl Orthotropic {
     }
 
     /// The isotropic law that answers a change of area alike, and shear in the mean over all directions.
-    pub fn isotropic_mean(&self) -> Self {
+    pub(crate) fn isotropic_mean(&self) -> Self {
         let area = 0.25 * (self.q11 + self.q22 + 2.0 * self.q12);
         let shear = 0.5 * (0.25 * (self.q11 + self.q22 - 2.0 * self.q12) + self.q66);
         Self { q11: area + shear, q12: area - shear, q22: area + shear, q66: shear }

@@ -79,7 +79,7 @@ impl StiffeningFibres {
 
     /// Biot stress \[MPa\] beside that of the linear law, at a stretch in the fibre's axes: W′·λ̂ with the unit vector
     /// λ̂ = (U₁₁, U₁₂)/λ is the force of the fibres in the frame, and its symmetric part the stress.
-    pub fn biot(&self, stretch: Sym2, unstretched: Sym2) -> Sym2 {
+    pub(crate) fn biot(&self, stretch: Sym2, unstretched: Sym2) -> Sym2 {
         let (stress, _) = self.curve().slopes(Self::strain(stretch, unstretched));
         let pull = stress / length(stretch).max(f64::MIN_POSITIVE);
         Sym2::new(pull * stretch.xx, 0.0, 0.5 * pull * stretch.xy)

@@ -30,7 +30,7 @@ impl Sym3 {
     }
 
     /// All nine numbers.
-    pub fn to_mat(self) -> DMat3 {
+    pub(crate) fn to_mat(self) -> DMat3 {
         let Self { diagonal: d, beside: o } = self;
         DMat3::from_cols(DVec3::new(d.x, o.z, o.y), DVec3::new(o.z, d.y, o.x), DVec3::new(o.y, o.x, d.z))
     }

@@ -4,7 +4,7 @@ use crate::components::{Grasp, Jaws, Obstacle, Path, Pose, Shape, Turning};
 use crate::registry::Parameters;
 use crate::settings::Settings;
 use crate::snapshot::{Saved, Snapshot};
-use crate::storage::VertexKey;
+use crate::storage::{BladeId, BodyId, ForcepsId, ObstacleId, VertexKey};
 use glam::{DQuat, DVec3};
 use hecs::Entity;
 
@@ -44,8 +44,7 @@ pub enum Input {
     /// A cut.
     Cut {
         /// The body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        body: Entity,
+        body: BodyId,
         /// Points of the cut \[mm, rest shape\].
         polyline: Vec<DVec3>,
     },
@@ -58,8 +57,7 @@ pub enum Input {
     /// An obstacle was moved.
     MoveObstacle {
         /// The obstacle.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        obstacle: Entity,
+        obstacle: ObstacleId,
         /// Shape of the obstacle at the end of the next step.
         shape: Shape,
     },
@@ -75,8 +73,7 @@ pub enum Input {
     /// Forceps were moved.
     MoveForceps {
         /// The forceps.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        forceps: Entity,
+        forceps: ForcepsId,
         /// Target pose of the forceps.
         pose: Pose,
         /// Time of the motion \[ms\].
@@ -85,16 +82,14 @@ pub enum Input {
     /// Forceps were closed.
     CloseForceps {
         /// The forceps.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        forceps: Entity,
+        forceps: ForcepsId,
         /// The body between them.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        body: Entity,
+        body: BodyId,
         /// Grasp on the body.
         grasp: Grasp,
     },
     /// Forceps were opened.
-    OpenForceps(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))] Entity),
+    OpenForceps(ForcepsId),
     /// A blade was put into the world.
     SpawnBlade {
         /// Reach of the blade \[mm\].
@@ -105,19 +100,16 @@ pub enum Input {
     /// A blade was drawn.
     DrawBlade {
         /// The blade.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        blade: Entity,
+        blade: BladeId,
         /// Through this body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        body: Entity,
+        body: BodyId,
         /// To here \[mm\].
         edge: DVec3,
     },
     /// Vertices were pinned.
     Pin {
         /// Of this body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        body: Entity,
+        body: BodyId,
         /// Under this name.
         name: String,
         /// These.
@@ -126,43 +118,40 @@ pub enum Input {
     /// Vertices were let go.
     Unpin {
         /// Of this body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        body: Entity,
+        body: BodyId,
         /// These.
         vertices: Vec<VertexKey>,
     },
     /// All pins of a name were let go.
     UnpinAll {
         /// Of this body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        body: Entity,
+        body: BodyId,
         /// The name.
         name: String,
     },
     /// A body was set elsewhere.
     Teleport {
         /// The body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        body: Entity,
+        body: BodyId,
         /// Turned about the origin.
         rotation: DQuat,
         /// Then shifted \[mm\].
         shift: DVec3,
     },
     /// A body, an obstacle or a tool was taken out.
-    Despawn(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))] Entity),
+    Despawn(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::bits"))] Entity),
     /// A body, or those that a changed obstacle touches, was woken.
-    Wake(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))] Entity),
+    Wake(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::bits"))] Entity),
     /// All bodies were woken.
     WakeAll,
     /// A body's rows were sorted.
-    Reorder(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))] Entity),
+    Reorder(BodyId),
     /// Other settings.
     SetSettings(#[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::settings"))] Settings),
     /// Components were changed from outside.
     Change {
         /// Of this body or obstacle.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::bits"))]
         entity: Entity,
         /// Those that were.
         to: Changes,
@@ -172,7 +161,7 @@ pub enum Input {
     /// A component was set or taken off.
     Set {
         /// Of this body, obstacle or tool.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::bits"))]
         entity: Entity,
         /// That one.
         to: Changes,
@@ -180,8 +169,7 @@ pub enum Input {
     /// A vertex was pushed.
     ApplyForce {
         /// Of this body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-        body: Entity,
+        body: BodyId,
         /// This one.
         vertex: VertexKey,
         /// \[N\].

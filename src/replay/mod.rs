@@ -15,6 +15,7 @@
 mod bytes;
 mod input;
 
+#[doc(hidden)]
 pub use input::{Changes, Input, Spawned};
 
 use crate::registry::Parameters;

@@ -5,12 +5,13 @@ mod tear_account;
 mod tear_course;
 
 pub use crate::components::{Fault, GuardFigures};
+#[doc(hidden)]
 pub use crate::event::{GuardCause, GuardPlace};
 pub use opening::{Axis, Opening, boundary_loops};
 pub use tear_account::{AccountFigures, Overshoot, TearAccount, TearSpan};
 pub use tear_course::{CourseFigures, GraspFigures, Outcome, TearCourse};
 
-use hecs::Entity;
+use crate::storage::BodyId;
 use std::time::Duration;
 
 /// One system of the step.
@@ -29,8 +30,7 @@ pub struct SystemReport {
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyReport {
     /// The body.
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-    pub body: Entity,
+    pub body: BodyId,
     /// Number of the body's vertices now.
     pub vertex_count: usize,
     /// Number of the body's triangles now.
@@ -110,6 +110,14 @@ pub struct Report {
 
 impl Report {
     /// Time of all systems.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// let report = simulation.step(5.0)?;
+    /// println!("{:?}", report.total_time());
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn total_time(&self) -> Duration {
         self.systems.iter().map(|s| s.time).sum()
     }

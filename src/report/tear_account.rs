@@ -16,8 +16,9 @@
 
 use crate::components::{EnergyBalance, Grips, TearLog};
 use crate::event::{Event, EventKind};
+use crate::storage::BodyId;
 use glam::DVec3;
-use hecs::{Entity, World};
+use hecs::World;
 
 /// How much later than they were due tips have advanced: G/G_c − 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,8 +109,7 @@ struct Felt {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearAccount {
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-    body: Entity,
+    body: BodyId,
     area: f64,
     surface_energy: Option<f64>,
     first: Option<Torn>,
@@ -122,7 +122,7 @@ pub struct TearAccount {
 
 impl TearAccount {
     /// Begins with the body as it is.
-    pub fn new(world: &World, body: Entity) -> Self {
+    pub fn new(world: &World, body: BodyId) -> Self {
         let (area, surface_energy) = torn(world, body);
         Self {
             body,
@@ -137,7 +137,7 @@ impl TearAccount {
     }
 
     /// The body.
-    pub fn body(&self) -> Entity {
+    pub fn body(&self) -> BodyId {
         self.body
     }
 
@@ -184,7 +184,7 @@ impl TearAccount {
     }
 
     fn note_forces(&mut self, world: &World, counts: bool) {
-        let Ok(grips) = world.get::<&Grips>(self.body) else { return };
+        let Ok(grips) = world.get::<&Grips>(self.body.entity()) else { return };
         for pinch in &grips.pinches {
             let place = self.felt.iter().position(|felt| felt.name == pinch.name).unwrap_or_else(|| {
                 self.felt.push(Felt { name: pinch.name.clone(), last: None, jump: None });
@@ -202,8 +202,8 @@ impl TearAccount {
 }
 
 /// Area torn by the criterion, and the surface energy claimed for it.
-fn torn(world: &World, body: Entity) -> (f64, Option<f64>) {
-    world.get::<&TearLog>(body).map_or((0.0, None), |log| (log.area, log.surface_energy))
+fn torn(world: &World, body: BodyId) -> (f64, Option<f64>) {
+    world.get::<&TearLog>(body.entity()).map_or((0.0, None), |log| (log.area, log.surface_energy))
 }
 
 fn span(from: &Torn, to: &Torn) -> TearSpan {

@@ -15,9 +15,9 @@
 use super::opening::{Axis, Opening, area_within, boundary_loops};
 use crate::components::{Grips, Pinch};
 use crate::event::{Event, EventKind};
-use crate::storage::{TipKey, Tips, Topology, Triangles, Vertices};
+use crate::storage::{BodyId, TipKey, Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
-use hecs::{Entity, World};
+use hecs::World;
 use std::f64::consts::{PI, TAU};
 
 /// A tear ends on the rim where it is nearer to it than this part of the rim's mean radius.
@@ -98,8 +98,7 @@ impl GraspFigures {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearCourse {
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
-    body: Entity,
+    body: BodyId,
     axis: Axis,
     rim: Vec<DVec3>,
     start: f64,
@@ -118,8 +117,8 @@ pub struct TearCourse {
 
 impl TearCourse {
     /// Begins with the body as it is, after its first cuts or before, at a time \[ms\]. `None` for a body without a rim.
-    pub fn new(world: &World, body: Entity, time: f64) -> Option<Self> {
-        let mut query = world.query_one::<(&Vertices, &Triangles, &Topology)>(body);
+    pub fn new(world: &World, body: BodyId, time: f64) -> Option<Self> {
+        let mut query = world.query_one::<(&Vertices, &Triangles, &Topology)>(body.entity());
         let (vertices, triangles, topology) = query.get().ok()?;
         let outline = |rows: &[u32]| rows.iter().map(|&v| vertices.rest_position[v as usize]).collect::<Vec<_>>();
         let rows = boundary_loops(triangles, topology);
@@ -144,7 +143,7 @@ impl TearCourse {
             let mut last = None;
             slit.iter().for_each(|&point| last = Some((course.pass(last, point), point)));
         }
-        if let Ok(tips) = world.get::<&Tips>(body) {
+        if let Ok(tips) = world.get::<&Tips>(body.entity()) {
             let radius = |v: u32| axis.offset(vertices.rest_position[v as usize]).length();
             let alive = || tips.keys().iter().zip(&tips.vertex);
             alive().for_each(|(&key, &v)| course.begin(key, vertices.rest_position[v as usize]));
@@ -165,7 +164,7 @@ impl TearCourse {
             return;
         }
         self.figures.time = time - self.start;
-        if let Ok(grips) = world.get::<&Grips>(self.body) {
+        if let Ok(grips) = world.get::<&Grips>(self.body.entity()) {
             self.figures.grasps = grips.grasp_count;
             self.note_grasps(&grips, time);
             self.figures.force_rms = (self.squares / self.samples.max(1) as f64).sqrt();
@@ -187,7 +186,7 @@ impl TearCourse {
     }
 
     /// The body.
-    pub fn body(&self) -> Entity {
+    pub fn body(&self) -> BodyId {
         self.body
     }
 
@@ -212,7 +211,7 @@ impl TearCourse {
     fn note_grasps(&mut self, grips: &Grips, time: f64) {
         // Grips stand first and keep their place; a handle of forceps is never as small as that.
         let jaws = |(row, pinch): (usize, &Pinch)| {
-            (pinch.forceps.map_or(row as u64, |f| f.to_bits().get()), pinch.force.length())
+            (pinch.forceps.map_or(row as u64, |f| f.entity().to_bits().get()), pinch.force.length())
         };
         let closed = || grips.pinches.iter().enumerate().filter(|(_, pinch)| pinch.is_closed()).map(jaws);
         self.closed.retain(|(key, _)| closed().any(|(other, _)| other == *key));
@@ -231,7 +230,7 @@ impl TearCourse {
     }
 
     fn look_for_opening(&mut self, world: &World) {
-        let mut query = world.query_one::<(&Vertices, &Triangles, &Topology)>(self.body);
+        let mut query = world.query_one::<(&Vertices, &Triangles, &Topology)>(self.body.entity());
         let Ok((vertices, triangles, topology)) = query.get() else { return };
         // It lies around the axis where its centroid is nearer to that than its own radius.
         let openings = Opening::with_outlines(vertices, triangles, topology, &self.axis);

@@ -2,26 +2,25 @@
 
 use super::Simulation;
 use crate::components::{Bending, Body, Contact, Grips, Holds, Planar, PreStretch, Springs};
-use crate::storage::{Topology, Triangles, Vertices};
+use crate::storage::{BodyId, Topology, Triangles, Vertices};
 use glam::DVec3;
-use hecs::Entity;
 
 /// A body whose vertices lie this near to one plane, as a part of its extent, is flat.
 const FLAT_BODY: f64 = 1e-9;
 
 impl Simulation {
     /// Sentence on the obstacle to a body's equilibrium, where that is plain.
-    pub(super) fn advice(&self, body: Entity) -> Option<String> {
+    pub(super) fn advice(&self, body: BodyId) -> Option<String> {
         self.free_piece(body).or_else(|| self.slack_sheet(body))
     }
 
     /// Names a piece that nothing holds.
-    fn free_piece(&self, body: Entity) -> Option<String> {
+    fn free_piece(&self, body: BodyId) -> Option<String> {
         type Query<'a> = (
             (&'a Body, &'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a Holds>, Option<&'a Springs>, Option<&'a Grips>, Option<&'a Contact>),
         );
-        let mut query = self.world.query_one::<Query>(body);
+        let mut query = self.world.query_one::<Query>(body.entity());
         let ((body, vertices, triangles, topology), (holds, springs, grips, contact)) = query.get().ok()?;
         if contact.is_some() || grips.is_some() {
             // Obstacles and jaws may hold a piece.
@@ -49,9 +48,9 @@ impl Simulation {
     }
 
     /// Says of a sheet without stiffness across its plane that it is one.
-    fn slack_sheet(&self, body: Entity) -> Option<String> {
+    fn slack_sheet(&self, body: BodyId) -> Option<String> {
         type Query<'a> = (&'a Body, &'a Vertices, Option<&'a Planar>, Option<&'a Bending>, Option<&'a PreStretch>);
-        let mut query = self.world.query_one::<Query>(body);
+        let mut query = self.world.query_one::<Query>(body.entity());
         let (body, vertices, planar, bending, pre_stretch) = query.get().ok()?;
         if planar.is_some() || bending.is_some() || pre_stretch.is_some() || !is_flat(&vertices.position) {
             return None;

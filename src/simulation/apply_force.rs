@@ -5,9 +5,8 @@ use crate::components::StepForces;
 use crate::event::WokenBy;
 use crate::registry::Rejected;
 use crate::replay::Input;
-use crate::storage::{VertexKey, Vertices};
+use crate::storage::{BodyId, VertexKey, Vertices};
 use glam::DVec3;
-use hecs::Entity;
 
 /// Why a force was not applied; nothing has changed then.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -50,10 +49,10 @@ impl Simulation {
     /// simulation.step(5.0)?;
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn apply_force(&mut self, body: Entity, vertex: VertexKey, force: DVec3) -> Result<(), ForceError> {
+    pub fn apply_force(&mut self, body: BodyId, vertex: VertexKey, force: DVec3) -> Result<(), ForceError> {
         self.note(|| Input::ApplyForce { body, vertex, force });
         self.validate_dirty()?;
-        let found = self.world.query_one_mut::<(&Vertices, Option<&StepForces>)>(body);
+        let found = self.world.query_one_mut::<(&Vertices, Option<&StepForces>)>(body.entity());
         let (vertices, forces) = found.map_err(|_| ForceError::NoSuchBody)?;
         let row = vertices.row(vertex).ok_or(ForceError::NoSuchVertex(vertex))?;
         let there = forces.into_iter().flat_map(|forces| &forces.list).filter(|(other, _)| *other == row);
@@ -63,9 +62,9 @@ impl Simulation {
         }
         if forces.is_none() {
             // The body is there.
-            let _ = self.world.insert_one(body, StepForces::default());
+            let _ = self.world.insert_one(body.entity(), StepForces::default());
         }
-        if let Ok(forces) = self.world.query_one_mut::<&mut StepForces>(body) {
+        if let Ok(forces) = self.world.query_one_mut::<&mut StepForces>(body.entity()) {
             forces.list.push((row, force));
         }
         self.wake_by(body, WokenBy::Caller);

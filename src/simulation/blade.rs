@@ -3,9 +3,8 @@
 use super::{Cut, CutError, Hit, Simulation};
 use crate::components::Blade;
 use crate::replay::Input;
-use crate::storage::{TipKey, Tips, Vertices};
+use crate::storage::{BladeId, BodyId, TipKey, Tips, Vertices};
 use glam::DVec3;
-use hecs::Entity;
 
 impl Simulation {
     /// Punctures a body where its surface, as it lies now, is nearest to a point \[mm\]. A slit of a length \[mm, rest shape\] is
@@ -24,7 +23,7 @@ impl Simulation {
     /// assert_eq!(slit.strokes.len(), 1);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn puncture(&mut self, body: Entity, point: DVec3, direction: DVec3, length: f64) -> Result<Cut, CutError> {
+    pub fn puncture(&mut self, body: BodyId, point: DVec3, direction: DVec3, length: f64) -> Result<Cut, CutError> {
         self.validate_dirty()?;
         let hit = self.nearest(body, point, length).ok_or(CutError::NothingThere)?;
         let along = self.rest_direction(body, &hit, direction).ok_or(CutError::NothingThere)?;
@@ -36,13 +35,13 @@ impl Simulation {
     ///
     /// # Errors
     /// For a reach or a shortest cut that is not positive and finite.
-    pub fn spawn_blade(&mut self, reach: f64, least: f64) -> Result<Entity, CutError> {
+    pub fn spawn_blade(&mut self, reach: f64, least: f64) -> Result<BladeId, CutError> {
         self.note(|| Input::SpawnBlade { reach, least });
         let is_right = |value: f64| value > 0.0 && value.is_finite();
         if !(is_right(reach) && is_right(least)) {
             return Err(CutError::BadBlade { reach, least });
         }
-        Ok(self.world.spawn((Blade { reach, least, ..Blade::default() },)))
+        Ok(self.world.spawn((Blade { reach, least, ..Blade::default() },)).into())
     }
 
     /// Draws the edge of a blade to a point of space \[mm\], where it cuts a body from where it was. Call it every frame: where
@@ -63,10 +62,10 @@ impl Simulation {
     /// assert!(cut.is_some());
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn draw_blade(&mut self, blade: Entity, body: Entity, edge: DVec3) -> Result<Option<Cut>, CutError> {
+    pub fn draw_blade(&mut self, blade: BladeId, body: BodyId, edge: DVec3) -> Result<Option<Cut>, CutError> {
         self.note(|| Input::DrawBlade { blade, body, edge });
         self.validate_dirty()?;
-        let tool = self.world.query_one_mut::<&Blade>(blade).map_err(|_| CutError::NoSuchBlade)?.clone();
+        let tool = self.world.query_one_mut::<&Blade>(blade.entity()).map_err(|_| CutError::NoSuchBlade)?.clone();
         let Some(hit) = self.nearest(body, edge, tool.reach) else {
             self.set_blade(blade, Blade { body: None, tip: None, ..tool });
             return Ok(None);
@@ -85,21 +84,22 @@ impl Simulation {
         Ok(Some(cut))
     }
 
-    fn set_blade(&mut self, blade: Entity, state: Blade) {
-        if let Ok(tool) = self.world.query_one_mut::<&mut Blade>(blade) {
+    fn set_blade(&mut self, blade: BladeId, state: Blade) {
+        if let Ok(tool) = self.world.query_one_mut::<&mut Blade>(blade.entity()) {
             *tool = state;
         }
     }
 
-    fn place_of_tip(&self, body: Entity, tip: TipKey) -> Option<DVec3> {
-        let (tips, vertices) = (self.world.get::<&Tips>(body).ok()?, self.world.get::<&Vertices>(body).ok()?);
+    fn place_of_tip(&self, body: BodyId, tip: TipKey) -> Option<DVec3> {
+        let (tips, vertices) =
+            (self.world.get::<&Tips>(body.entity()).ok()?, self.world.get::<&Vertices>(body.entity()).ok()?);
         let vertex = tips.vertex[tips.row(tip)? as usize];
         Some(vertices.rest_position[vertex as usize])
     }
 
     /// A direction of space laid into a triangle, in the rest shape \[unit\].
-    fn rest_direction(&self, body: Entity, hit: &Hit, direction: DVec3) -> Option<DVec3> {
-        let vertices = self.world.get::<&Vertices>(body).ok()?;
+    fn rest_direction(&self, body: BodyId, hit: &Hit, direction: DVec3) -> Option<DVec3> {
+        let vertices = self.world.get::<&Vertices>(body.entity()).ok()?;
         let [a, b, c] = hit.corners.map(|key| vertices.row(key).map_or(0, |row| row as usize));
         let (now, rest) = (&vertices.position, &vertices.rest_position);
         let (p, q) = (now[b] - now[a], now[c] - now[a]);

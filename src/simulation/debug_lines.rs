@@ -4,10 +4,9 @@ use super::frame::RestToSpace;
 use super::{Simulation, SimulationError};
 use crate::components::{Contact, Grips, HoldTurns, Holds, Obstacle, TearDecisions};
 use crate::math::elementary;
-use crate::storage::Tips;
+use crate::storage::{BodyId, Tips};
 use crate::systems::fracture::{Surface, SurfaceQuery};
 use glam::DVec3;
-use hecs::Entity;
 
 /// Kind of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +95,7 @@ impl Simulation {
     /// If there is no such body.
     pub fn debug_lines(
         &self,
-        body: Entity,
+        body: BodyId,
         which: &DebugLines,
         into: &mut Vec<DebugLine>,
     ) -> Result<(), SimulationError> {
@@ -111,7 +110,7 @@ impl Simulation {
             ),
         );
         let time = self.report.time;
-        let mut query = self.world.query_one::<Query>(body);
+        let mut query = self.world.query_one::<Query>(body.entity());
         let (surface, (tips, contact, grips, (holds, turns))) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let surface = &Surface::of(surface);
         let vertices = surface.vertices;

@@ -2,6 +2,7 @@
 
 use super::Simulation;
 use crate::registry::{Rejected, complete_in, validate, validate_tables};
+use crate::storage::BodyId;
 use crate::systems::StepContext;
 use hecs::Entity;
 
@@ -57,14 +58,14 @@ impl Simulation {
         Ok(())
     }
 
-    /// Validates an entity that was handed out: code that reads all of it reads no others.
-    pub(super) fn validate_if_dirty(&self, entity: Entity) -> Result<(), Rejected> {
-        if self.dirty.has(entity) { validate(&self.world, entity) } else { Ok(()) }
+    /// Validates a body that was handed out: code that reads all of it reads no others.
+    pub(super) fn validate_if_dirty(&self, body: BodyId) -> Result<(), Rejected> {
+        if self.dirty.has(body.entity()) { validate(&self.world, body.entity()) } else { Ok(()) }
     }
 
     /// Validates the tables of a body that was handed out: code that looks at it reads no others.
-    pub(super) fn validate_tables_if_dirty(&self, body: Entity) -> Result<(), Rejected> {
-        if self.dirty.has(body) { validate_tables(&self.world, body) } else { Ok(()) }
+    pub(super) fn validate_tables_if_dirty(&self, body: BodyId) -> Result<(), Rejected> {
+        if self.dirty.has(body.entity()) { validate_tables(&self.world, body.entity()) } else { Ok(()) }
     }
 
     fn complete_all(&mut self) {

@@ -48,7 +48,7 @@ impl Simulation {
         let failed = self.report.bodies.iter().filter(|b| !(b.is_converged && is_finite));
         let worst = failed.map(|b| (b.imbalance, b.newton_iterations, b.body));
         if let Some((imbalance, iterations, body)) = worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
-            let least = self.world.get::<&SolverScratch>(body).map_or(0.0, |scratch| scratch.least_imbalance);
+            let least = self.world.get::<&SolverScratch>(body.entity()).map_or(0.0, |scratch| scratch.least_imbalance);
             self.undo(&step);
             let (time, imbalance) = (step.time, imbalance.min(f64::MAX));
             let is_used_up = iterations >= step.newton_iterations;

@@ -2,8 +2,8 @@
 
 use super::{Simulation, SimulationError};
 use crate::settings::OutOfRange;
+use crate::storage::BodyId;
 use glam::DVec3;
-use hecs::Entity;
 
 /// Turns the time between pictures into steps of one length, and places a picture between the last two steps: the tissue
 /// behaves the same at any rate of pictures, and moves smoothly.
@@ -102,7 +102,7 @@ impl FixedStep {
     pub fn positions(
         &self,
         simulation: &mut Simulation,
-        body: Entity,
+        body: BodyId,
         into: &mut Vec<DVec3>,
     ) -> Result<(), SimulationError> {
         simulation.view(body)?.positions_before((1.0 - self.alpha()) * self.dt, into);

@@ -5,14 +5,13 @@ use super::material_force::material_force;
 use crate::components::{Attributes, Body, DecidedBy, EnergyCriterion, Forces, Frames, TearDecision, Tearing};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2, elementary};
-use crate::storage::{Tips, Topology, Triangles, Uniform, Vertices};
+use crate::storage::{BodyId, Tips, Topology, Triangles, Uniform, Vertices};
 use crate::systems::forces::assembly::membrane_forces;
 use crate::systems::fracture::{
     EnergyReading, EnergyTerms, Surface, SurfaceQuery, TipMemory, energy_decision, strength, tip_decision,
 };
 use crate::systems::kernels::failure::{self, Search, Strength};
 use glam::{DMat3, DVec2, DVec3};
-use hecs::Entity;
 
 /// Directions at which a tip's polar curve is sampled.
 const CURVE_POINTS: usize = 180;
@@ -24,10 +23,10 @@ impl Simulation {
         Frame { step: self.report.step, time: self.report.time, bodies: frames }
     }
 
-    fn body_frame(&self, body: Entity) -> Option<BodyFrame> {
+    fn body_frame(&self, body: BodyId) -> Option<BodyFrame> {
         type Query<'a> = ((&'a Body, SurfaceQuery<'a>), (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>));
         let frames = &self.present_frames(body).ok()?;
-        let mut query = self.world.query_one::<Query>(body);
+        let mut query = self.world.query_one::<Query>(body.entity());
         let ((about, surface), (tearing, energy)) = query.get().ok()?;
         let surface = Surface::of(surface);
         let Surface { vertices, triangles, topology, .. } = surface;
@@ -43,7 +42,7 @@ impl Simulation {
             principal_stress: frames.states().map(principal).collect(),
             fibres: frames.states().map(|state| state.polar.fibre_axis).collect(),
             criterion: Vec::new(),
-            attributes: self.world.get::<&Attributes>(body).ok().map(|attributes| (*attributes).clone()),
+            attributes: self.world.get::<&Attributes>(body.entity()).ok().map(|attributes| (*attributes).clone()),
             tips: Vec::new(),
         };
         if let Some((tearing, tips)) = tearing {

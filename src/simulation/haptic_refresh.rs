@@ -10,10 +10,9 @@ use super::Simulation;
 use super::haptic_feed::HapticModel;
 use super::haptics::{Coupling, HapticError, Haptics, ToolSpring, positive};
 use crate::components::SolverScratch;
-use crate::storage::{Topology, Triangles, VertexKey, Vertices};
+use crate::storage::{BodyId, Topology, Triangles, VertexKey, Vertices};
 use crate::systems::solver::{CgError, MixedSolver};
 use glam::{DMat3, DVec3};
-use hecs::Entity;
 
 /// Iterations of a model at the most.
 const MOST_MODEL_ITERATIONS: u32 = 3;
@@ -42,7 +41,7 @@ impl Haptics {
     pub fn refresh(
         &mut self,
         simulation: &mut Simulation,
-        body: Entity,
+        body: BodyId,
         coupling: &Coupling,
     ) -> Result<HapticModel, HapticError> {
         let Coupling::Springs { springs, is_in_steps: true } = coupling else {
@@ -53,7 +52,7 @@ impl Haptics {
             return self.model(simulation, body, coupling);
         };
         simulation.validate_dirty()?;
-        let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
+        let found = simulation.world.query_one_mut::<Query>(body.entity()).map_err(|_| HapticError::NoSuchBody)?;
         let (vertices, triangles, topology, scratch, mixed) = found;
         let (position, force) = self.take_springs(vertices, springs)?;
         let mut stiffness = last;
@@ -80,7 +79,7 @@ impl Haptics {
     }
 
     /// Notes whose vertices the answers are.
-    pub(super) fn note(&mut self, body: Entity, vertices: &[VertexKey], coupling: &Coupling, stiffness: DMat3) {
+    pub(super) fn note(&mut self, body: BodyId, vertices: &[VertexKey], coupling: &Coupling, stiffness: DMat3) {
         (self.body, self.last) = (Some(body), Some(stiffness));
         self.keys.clear();
         self.keys.extend_from_slice(vertices);

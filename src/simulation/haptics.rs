@@ -18,7 +18,7 @@ use crate::components::{
 use crate::math::Sym3;
 use crate::registry::Rejected;
 use crate::settings::{LinearParams, Tangent};
-use crate::storage::{Topology, Triangles, VertexKey, Vertices};
+use crate::storage::{BodyId, ForcepsId, Topology, Triangles, VertexKey, Vertices};
 use crate::systems::StepContext;
 use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::forces::corotation::{evaluate, geometric_stiffness};
@@ -26,7 +26,6 @@ use crate::systems::solver::{
     self, Available, Factor, FactorUse, MixedPreconditioner, MixedSolver, Operator, ProductMemory,
 };
 use glam::{DMat3, DVec3};
-use hecs::Entity;
 
 /// Limits of the three solves: the force is then right to the square of this.
 const LIMITS: LinearParams = LinearParams::by_residual(1e-3, 500);
@@ -112,7 +111,7 @@ pub struct Haptics {
     pinned: Vec<usize>,
     /// The stiffness of the last model, its body, the vertices of its answers, and those that its springs held.
     pub(super) last: Option<DMat3>,
-    pub(super) body: Option<Entity>,
+    pub(super) body: Option<BodyId>,
     pub(super) keys: Vec<VertexKey>,
     pub(super) held: Vec<VertexKey>,
     /// The answer that is improved next.
@@ -136,7 +135,7 @@ impl Haptics {
     pub fn model(
         &mut self,
         simulation: &Simulation,
-        body: Entity,
+        body: BodyId,
         coupling: &Coupling,
     ) -> Result<HapticModel, HapticError> {
         type Query<'a> = (
@@ -147,7 +146,7 @@ impl Haptics {
         simulation.validate_if_dirty(body)?;
         // Until this one is found there is none to refresh.
         (self.last, self.body) = (None, None);
-        let mut query = simulation.world.query_one::<Query>(body);
+        let mut query = simulation.world.query_one::<Query>(body.entity());
         let found = query.get().map_err(|_| HapticError::NoSuchBody)?;
         let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, fibres, damping, bending)) =
             found;
@@ -325,8 +324,8 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body, or no such grip that is closed.
-    pub fn coupling_of_grip(&self, body: Entity, grip: usize) -> Result<Coupling, HapticError> {
-        let mut query = self.world.query_one::<(&Vertices, &Triangles, &Topology, Option<&Grips>)>(body);
+    pub fn coupling_of_grip(&self, body: BodyId, grip: usize) -> Result<Coupling, HapticError> {
+        let mut query = self.world.query_one::<(&Vertices, &Triangles, &Topology, Option<&Grips>)>(body.entity());
         let (vertices, triangles, topology, grips) = query.get().map_err(|_| HapticError::NoSuchBody)?;
         let closed = grips.and_then(|grips| grips.pinches.get(grip)).filter(|pinch| pinch.is_closed());
         let pinch = closed.ok_or(HapticError::NotClosed(grip))?;
@@ -349,11 +348,11 @@ impl Simulation {
     ///
     /// # Errors
     /// If these are no forceps, or they hold nothing.
-    pub fn coupling_of_forceps(&self, forceps: Entity) -> Result<Coupling, HapticError> {
-        let body = self.world.get::<&Forceps>(forceps).map_or(None, |forceps| forceps.body);
+    pub fn coupling_of_forceps(&self, forceps: ForcepsId) -> Result<Coupling, HapticError> {
+        let body = self.world.get::<&Forceps>(forceps.entity()).map_or(None, |forceps| forceps.body);
         let body = body.ok_or(HapticError::HoldsNothing)?;
         let grip = {
-            let grips = self.world.get::<&Grips>(body).map_err(|_| HapticError::NoSuchBody)?;
+            let grips = self.world.get::<&Grips>(body.entity()).map_err(|_| HapticError::NoSuchBody)?;
             grips.pinches.iter().position(|pinch| pinch.forceps == Some(forceps))
         };
         self.coupling_of_grip(body, grip.ok_or(HapticError::HoldsNothing)?)
@@ -363,9 +362,9 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body, or there are no pins of this name.
-    pub fn coupling_of_pins(&self, body: Entity, name: &str) -> Result<Coupling, HapticError> {
+    pub fn coupling_of_pins(&self, body: BodyId, name: &str) -> Result<Coupling, HapticError> {
         let pins = self.pins(body, name)?;
-        let mut query = self.world.query_one::<(&Holds, &Reactions)>(body);
+        let mut query = self.world.query_one::<(&Holds, &Reactions)>(body.entity());
         let (holds, reactions) = query.get().map_err(|_| HapticError::NoSuchBody)?;
         let group = holds.groups.iter().position(|hold| hold.name == name);
         let forces = group.and_then(|group| reactions.groups.get(group));

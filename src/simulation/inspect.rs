@@ -4,7 +4,7 @@ use super::query::At;
 use super::{Hit, Simulation, SimulationError};
 use crate::components::{Blade, Forceps, Obstacle};
 use crate::registry::{validate, validate_all};
-use crate::storage::{TipKey, Tips, Triangles, VertexKey, Vertices};
+use crate::storage::{BodyId, ObstacleId, TipKey, Tips, Triangles, VertexKey, Vertices};
 use crate::systems::kernels::pick;
 use glam::DVec3;
 use hecs::{Component, Entity};
@@ -88,8 +88,8 @@ impl Simulation {
     /// assert_eq!(simulation.fragments(body)?.count(), 2);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn fragments(&self, body: Entity) -> Result<Fragments, SimulationError> {
-        let mut query = self.world.query_one::<(&Vertices, &Triangles)>(body);
+    pub fn fragments(&self, body: BodyId) -> Result<Fragments, SimulationError> {
+        let mut query = self.world.query_one::<(&Vertices, &Triangles)>(body.entity());
         let (vertices, triangles) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         Ok(Fragments::of(vertices.len(), triangles))
     }
@@ -107,8 +107,8 @@ impl Simulation {
     /// assert_eq!(simulation.tips(body)?.len(), 1);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn tips(&self, body: Entity) -> Result<Vec<Tip>, SimulationError> {
-        let mut query = self.world.query_one::<(&Vertices, Option<&Tips>)>(body);
+    pub fn tips(&self, body: BodyId) -> Result<Vec<Tip>, SimulationError> {
+        let mut query = self.world.query_one::<(&Vertices, Option<&Tips>)>(body.entity());
         let (vertices, tips) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some(tips) = tips else { return Ok(Vec::new()) };
         let tip = |row: usize| {
@@ -125,8 +125,8 @@ impl Simulation {
     }
 
     /// All obstacles, in the order of their handles.
-    pub fn obstacles(&self) -> Vec<Entity> {
-        self.carriers::<Obstacle>()
+    pub fn obstacles(&self) -> Vec<ObstacleId> {
+        self.carriers::<Obstacle>().into_iter().map(ObstacleId::from).collect()
     }
 
     /// All forceps and blades, in the order of their handles.
@@ -155,7 +155,7 @@ impl Simulation {
     /// println!("the middle is at {} now", hit.position);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn current(&self, body: Entity, rest_point: DVec3) -> Option<Hit> {
+    pub fn current(&self, body: BodyId, rest_point: DVec3) -> Option<Hit> {
         self.pick(body, At::Rest, |rest, corners| pick::nearest(rest, corners, rest_point, f64::INFINITY))
     }
 
@@ -173,7 +173,7 @@ impl Simulation {
     /// ```
     pub fn validate(&self) -> Result<(), SimulationError> {
         let bodies = self.bodies();
-        bodies.into_iter().try_for_each(|body| validate(&self.world, body))?;
+        bodies.into_iter().try_for_each(|body| validate(&self.world, body.entity()))?;
         Ok(validate_all(&self.world)?)
     }
 }

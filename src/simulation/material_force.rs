@@ -3,10 +3,9 @@
 use super::{Simulation, SimulationError};
 use crate::components::{EnergyCriterion, Tearing, Toughness};
 use crate::math::elementary;
-use crate::storage::{TipKey, Tips};
+use crate::storage::{BodyId, TipKey, Tips};
 use crate::systems::fracture::{EnergyTerms, Surface, SurfaceQuery, TipMemory};
 use glam::DVec3;
-use hecs::Entity;
 
 /// The material force at a tip, in the rest shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,9 +42,9 @@ impl Simulation {
     ///
     /// # Errors
     /// Where there is no such body.
-    pub fn material_forces(&self, body: Entity) -> Result<Vec<TipForce>, SimulationError> {
+    pub fn material_forces(&self, body: BodyId) -> Result<Vec<TipForce>, SimulationError> {
         type Query<'a> = (SurfaceQuery<'a>, Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>);
-        let mut query = self.world.query_one::<Query>(body);
+        let mut query = self.world.query_one::<Query>(body.entity());
         let (surface, tearing, energy) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some((tearing, tips)) = tearing else { return Ok(Vec::new()) };
         let surface = Surface::of(surface);

@@ -5,12 +5,11 @@ use crate::components::{
     Bending, Body, Energies, EnergyAudit, EnergyBalance, FibreLaws, Frames, HoldTurns, Holds, Planar, PreStretch,
     Reactions, Turning, fibre_law,
 };
-use crate::storage::{Topology, Triangles, Vertices};
+use crate::storage::{BodyId, Topology, Triangles, Vertices};
 use crate::systems::bending::DihedralAngles;
 use crate::systems::forces::corotation;
 use crate::systems::forces::element::BodyLaw;
 use glam::DVec3;
-use hecs::Entity;
 
 impl Simulation {
     /// Energies of a body now.
@@ -26,7 +25,7 @@ impl Simulation {
     /// assert!(simulation.energies(body)?.elastic >= 0.0);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn energies(&self, body: Entity) -> Result<Energies, SimulationError> {
+    pub fn energies(&self, body: BodyId) -> Result<Energies, SimulationError> {
         self.validate_if_dirty(body)?;
         let frames = self.present_frames(body)?;
         type Query<'a> = (
@@ -34,7 +33,7 @@ impl Simulation {
             (Option<&'a PreStretch>, FibreLaws<'a>),
             (Option<&'a Bending>, Option<&'a DihedralAngles>),
         );
-        let mut query = self.world.query_one::<Query>(body);
+        let mut query = self.world.query_one::<Query>(body.entity());
         let ((vertices, triangles, topology), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let fibres = fibre_law(fibres, pre_stretch);
@@ -51,9 +50,9 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn energy_balance(&self, body: Entity) -> Result<Option<EnergyBalance>, SimulationError> {
+    pub fn energy_balance(&self, body: BodyId) -> Result<Option<EnergyBalance>, SimulationError> {
         let energies = self.energies(body)?;
-        Ok(self.world.get::<&EnergyAudit>(body).ok().map(|audit| audit.balance(energies)))
+        Ok(self.world.get::<&EnergyAudit>(body.entity()).ok().map(|audit| audit.balance(energies)))
     }
 
     /// Sum of the forces \[N\] that a body's holds exert on it, one per hold, from the last step; zero before the first.
@@ -71,8 +70,8 @@ impl Simulation {
     /// }
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn reactions(&self, body: Entity) -> Result<Vec<(String, DVec3)>, SimulationError> {
-        let mut query = self.world.query_one::<(&Body, Option<(&Holds, &Reactions)>)>(body);
+    pub fn reactions(&self, body: BodyId) -> Result<Vec<(String, DVec3)>, SimulationError> {
+        let mut query = self.world.query_one::<(&Body, Option<(&Holds, &Reactions)>)>(body.entity());
         let (_, held) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some((holds, reactions)) = held else { return Ok(Vec::new()) };
         let sum = |group: usize| reactions.groups.get(group).map_or(DVec3::ZERO, |forces| forces.iter().sum());
@@ -83,8 +82,9 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn torques(&self, body: Entity) -> Result<Vec<(String, DVec3)>, SimulationError> {
-        let mut query = self.world.query_one::<(&Body, &Vertices, Option<(&Holds, &HoldTurns, &Reactions)>)>(body);
+    pub fn torques(&self, body: BodyId) -> Result<Vec<(String, DVec3)>, SimulationError> {
+        let mut query =
+            self.world.query_one::<(&Body, &Vertices, Option<(&Holds, &HoldTurns, &Reactions)>)>(body.entity());
         let (_, vertices, held) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some((holds, turns, reactions)) = held else { return Ok(Vec::new()) };
         let torque = |(place, turning): &(u32, Turning)| {
@@ -100,26 +100,26 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn refresh(&mut self, body: Entity) -> Result<(), SimulationError> {
-        let found = self.world.query_one_mut::<&mut Frames>(body);
+    pub fn refresh(&mut self, body: BodyId) -> Result<(), SimulationError> {
+        let found = self.world.query_one_mut::<&mut Frames>(body.entity());
         let mut frames = found.map(std::mem::take).map_err(|_| SimulationError::NoSuchBody)?;
         let refreshed = self.evaluate_into(body, &mut frames);
-        if let Ok(place) = self.world.query_one_mut::<&mut Frames>(body) {
+        if let Ok(place) = self.world.query_one_mut::<&mut Frames>(body.entity()) {
             *place = frames;
         }
         refreshed
     }
 
     /// Frames of a body at its present positions, for whoever may not write them down.
-    pub(super) fn present_frames(&self, body: Entity) -> Result<Frames, SimulationError> {
+    pub(super) fn present_frames(&self, body: BodyId) -> Result<Frames, SimulationError> {
         let mut frames = Frames::default();
         self.evaluate_into(body, &mut frames).map(|()| frames)
     }
 
-    fn evaluate_into(&self, body: Entity, frames: &mut Frames) -> Result<(), SimulationError> {
+    fn evaluate_into(&self, body: BodyId, frames: &mut Frames) -> Result<(), SimulationError> {
         type Query<'a> = ((&'a Vertices, &'a Triangles), (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>));
         self.validate_tables_if_dirty(body)?;
-        let mut query = self.world.query_one::<Query>(body);
+        let mut query = self.world.query_one::<Query>(body.entity());
         let ((vertices, triangles), (planar, pre_stretch, fibres)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let (is_planar, fibres) = (planar.is_some(), fibre_law(fibres, pre_stretch));

@@ -32,8 +32,8 @@ mod tear;
 mod tools;
 mod view;
 
-pub use crate::components::Energies;
-pub use crate::components::Grasp;
+#[doc(hidden)]
+pub use crate::components::{Energies, Grasp};
 pub use crate::registry::{Parameter, Rejected};
 pub use crate::systems::fracture::TearRefusal;
 pub use apply_force::ForceError;
@@ -46,6 +46,7 @@ pub use haptics::{Coupling, HapticError, Haptics, ToolSpring};
 pub use inspect::{Fragments, Tip};
 pub use material_force::TipForce;
 pub use motion::MotionError;
+pub use obstacles::Solid;
 pub use pin::{Pin, PinError};
 pub use probe::TipAnswer;
 pub use query::Hit;
@@ -60,6 +61,7 @@ use crate::membrane::{BodyError, Membrane};
 use crate::replay::{Input, Recorder};
 use crate::report::{Fault, Report};
 use crate::settings::{Integrator, Settings};
+use crate::storage::BodyId;
 use crate::systems::StepContext;
 use crate::systems::parallel::Pool;
 use crate::systems::step::retry::advance;
@@ -125,10 +127,10 @@ impl Simulation {
     /// assert_eq!(simulation.bodies(), [body]);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn spawn(&mut self, membrane: Membrane) -> Result<Entity, BodyError> {
+    pub fn spawn(&mut self, membrane: Membrane) -> Result<BodyId, BodyError> {
         let mut components = membrane.build(self.next_order)?;
         self.next_order += 1;
-        let body = self.world.spawn(components.build());
+        let body = self.world.spawn(components.build()).into();
         self.note_spawned(body);
         Ok(body)
     }
@@ -146,10 +148,11 @@ impl Simulation {
     /// assert!(simulation.bodies().is_empty());
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn despawn(&mut self, entity: Entity) -> Result<(), SimulationError> {
+    pub fn despawn(&mut self, entity: impl Into<Entity>) -> Result<(), SimulationError> {
+        let entity = entity.into();
         self.note(|| Input::Despawn(entity));
         // Whatever forceps hold they let go of.
-        let _ = self.release(entity);
+        let _ = self.release(entity.into());
         self.world.despawn(entity).map_err(|_| SimulationError::NoSuchBody)
     }
 
@@ -224,11 +227,11 @@ impl Simulation {
     }
 
     /// The bodies in order of spawning.
-    pub fn bodies(&self) -> Vec<Entity> {
+    pub fn bodies(&self) -> Vec<BodyId> {
         let mut bodies: Vec<(u32, Entity)> =
             self.world.query::<(Entity, &Body)>().iter().map(|(e, b)| (b.order, e)).collect();
         bodies.sort_unstable_by_key(|&(order, _)| order);
-        bodies.into_iter().map(|(_, entity)| entity).collect()
+        bodies.into_iter().map(|(_, entity)| entity.into()).collect()
     }
 
     /// Moves the world on by `dt` \[ms\] as the [settings](Settings) say: by default linearly implicit backward Euler. A step that
@@ -282,7 +285,7 @@ impl Simulation {
         self.collect_events();
         if self.report.has_failed {
             let (step, time) = (self.report.step, self.report.time);
-            let failed = |(body, fault): (Entity, Fault)| {
+            let failed = |(body, fault): (BodyId, Fault)| {
                 let reason = format!("no part of the step of {dt} ms led on to a sound state: {fault}");
                 Event { step, time, body, kind: EventKind::StepFailed { reason } }
             };

@@ -5,9 +5,8 @@ use crate::components::{EnergyAudit, Hold, HoldGuides, HoldTurns, Holds, Increme
 use crate::event::WokenBy;
 use crate::registry::Rejected;
 use crate::replay::Input;
-use crate::storage::Vertices;
+use crate::storage::{BodyId, Vertices};
 use glam::{DQuat, DVec3};
-use hecs::Entity;
 
 /// Why a body was not set elsewhere; nothing has changed then.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -45,14 +44,14 @@ impl Simulation {
     /// simulation.teleport(body, DQuat::IDENTITY, DVec3::new(20.0, 0.0, 0.0))?;
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn teleport(&mut self, body: Entity, rotation: DQuat, shift: DVec3) -> Result<(), MotionError> {
+    pub fn teleport(&mut self, body: BodyId, rotation: DQuat, shift: DVec3) -> Result<(), MotionError> {
         type Query<'a> = (
             (&'a mut Vertices, &'a mut Increment, Option<&'a mut Holds>),
             (Option<&'a Planar>, Option<&'a mut EnergyAudit>, Option<&'a HoldTurns>, Option<&'a HoldGuides>),
         );
         self.note(|| Input::Teleport { body, rotation, shift });
         self.validate_dirty()?;
-        let found = self.world.query_one_mut::<Query>(body).map_err(|_| MotionError::NoSuchBody)?;
+        let found = self.world.query_one_mut::<Query>(body.entity()).map_err(|_| MotionError::NoSuchBody)?;
         let ((vertices, increment, mut holds), (planar, audit, turns, guides)) = found;
         if !(rotation.is_finite() && rotation.length_squared() > 0.0 && shift.is_finite()) {
             return Err(MotionError::NotFinite);
@@ -110,13 +109,15 @@ impl Simulation {
     /// simulation.set_velocity(body, |_| DVec3::new(0.1, 0.0, 0.0))?;
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn set_velocity(&mut self, body: Entity, velocity: impl Fn(DVec3) -> DVec3) -> Result<(), MotionError> {
-        self.note(|| Input::Wake(body));
+    pub fn set_velocity(&mut self, body: BodyId, velocity: impl Fn(DVec3) -> DVec3) -> Result<(), MotionError> {
+        self.note(|| Input::Wake(body.entity()));
         self.validate_dirty()?;
-        self.keep_lent(Some(body));
+        self.keep_lent(Some(body.entity()));
         let before = self.audited_energies(body);
-        let (vertices, planar) =
-            self.world.query_one_mut::<(&mut Vertices, Option<&Planar>)>(body).map_err(|_| MotionError::NoSuchBody)?;
+        let (vertices, planar) = self
+            .world
+            .query_one_mut::<(&mut Vertices, Option<&Planar>)>(body.entity())
+            .map_err(|_| MotionError::NoSuchBody)?;
         let doubled: f64 =
             vertices.position.iter().zip(&vertices.mass).map(|(&x, m)| m * velocity(x).length_squared()).sum();
         if !doubled.is_finite() {

@@ -5,9 +5,8 @@ use crate::components::{Body, Curve, Hold, Holds};
 use crate::event::WokenBy;
 use crate::registry::{Rejected, complete_in};
 use crate::replay::Input;
-use crate::storage::{Attached, VertexKey, Vertices};
+use crate::storage::{Attached, BodyId, VertexKey, Vertices};
 use glam::DVec3;
-use hecs::Entity;
 use std::ops::Deref;
 
 /// Why vertices were not pinned, moved or let go; nothing has changed then.
@@ -84,18 +83,18 @@ impl Simulation {
     /// assert_eq!(simulation.pins(body, "hand")?.len(), 1);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn pin(&mut self, body: Entity, name: &str, vertices: &[VertexKey]) -> Result<(), PinError> {
+    pub fn pin(&mut self, body: BodyId, name: &str, vertices: &[VertexKey]) -> Result<(), PinError> {
         self.note(|| Input::Pin { body, name: name.to_owned(), vertices: vertices.to_vec() });
         self.validate_dirty()?;
-        if !self.world.satisfies::<&Body>(body) {
+        if !self.world.satisfies::<&Body>(body.entity()) {
             return Err(PinError::NoSuchBody);
         }
-        if !self.world.satisfies::<&Holds>(body) {
+        if !self.world.satisfies::<&Holds>(body.entity()) {
             // The body exists.
-            let _ = self.world.insert_one(body, Holds::default());
-            complete_in(&mut self.world, body);
+            let _ = self.world.insert_one(body.entity(), Holds::default());
+            complete_in(&mut self.world, body.entity());
         }
-        let found = self.world.query_one_mut::<(&Vertices, &mut Holds)>(body);
+        let found = self.world.query_one_mut::<(&Vertices, &mut Holds)>(body.entity());
         let (table, holds) = found.map_err(|_| PinError::NoSuchBody)?;
         if holds.groups.iter().any(|hold| hold.name == name && !hold.is_pin()) {
             return Err(PinError::FollowsCurve(name.to_owned()));
@@ -127,10 +126,10 @@ impl Simulation {
     ///
     /// # Errors
     /// For a vertex that there is not or that nothing holds.
-    pub fn unpin(&mut self, body: Entity, vertices: &[VertexKey]) -> Result<(), PinError> {
+    pub fn unpin(&mut self, body: BodyId, vertices: &[VertexKey]) -> Result<(), PinError> {
         self.note(|| Input::Unpin { body, vertices: vertices.to_vec() });
         self.validate_dirty()?;
-        let found = self.world.query_one_mut::<(&Vertices, Option<&mut Holds>)>(body);
+        let found = self.world.query_one_mut::<(&Vertices, Option<&mut Holds>)>(body.entity());
         let (table, mut holds) = found.map_err(|_| PinError::NoSuchBody)?;
         for &vertex in vertices {
             let row = table.row(vertex).ok_or(PinError::NoSuchVertex(vertex))?;
@@ -162,7 +161,7 @@ impl Simulation {
     /// simulation.unpin_all(body, "hand")?;
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn unpin_all(&mut self, body: Entity, name: &str) -> Result<(), PinError> {
+    pub fn unpin_all(&mut self, body: BodyId, name: &str) -> Result<(), PinError> {
         self.note(|| Input::UnpinAll { body, name: name.to_owned() });
         self.validate_dirty()?;
         let (_, hold) = pins(&mut self.world, body, name)?;
@@ -187,10 +186,10 @@ impl Simulation {
     /// simulation.step(5.0)?;
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn move_pins(&mut self, body: Entity, name: &str, place: impl Fn(Pin) -> DVec3) -> Result<(), PinError> {
-        self.note(|| Input::Wake(body));
+    pub fn move_pins(&mut self, body: BodyId, name: &str, place: impl Fn(Pin) -> DVec3) -> Result<(), PinError> {
+        self.note(|| Input::Wake(body.entity()));
         self.validate_dirty()?;
-        self.keep_lent(Some(body));
+        self.keep_lent(Some(body.entity()));
         let (table, hold) = pins(&mut self.world, body, name)?;
         let pin = |row: u32, offset: DVec3| {
             let rest_position = table.rest_position[row as usize];
@@ -217,9 +216,9 @@ impl Simulation {
     ///
     /// # Errors
     /// For a name that no hold has, and for that of a hold that is no pin.
-    pub fn pins(&self, body: Entity, name: &str) -> Result<Vec<Pin>, PinError> {
+    pub fn pins(&self, body: BodyId, name: &str) -> Result<Vec<Pin>, PinError> {
         self.validate_if_dirty(body)?;
-        let mut query = self.world.query_one::<(&Vertices, Option<&Holds>)>(body);
+        let mut query = self.world.query_one::<(&Vertices, Option<&Holds>)>(body.entity());
         let (table, holds) = query.get().map_err(|_| PinError::NoSuchBody)?;
         let hold = pinned(holds.into_iter().flat_map(|holds| &holds.groups), name)?;
         let members = hold.members.rows().iter().zip(hold.members.values());
@@ -232,8 +231,9 @@ impl Simulation {
 }
 
 /// The vertices of a body, and the hold under a name.
-fn pins<'a>(world: &'a mut hecs::World, body: Entity, name: &str) -> Result<(&'a Vertices, &'a mut Hold), PinError> {
-    let found = world.query_one_mut::<(&Vertices, Option<&mut Holds>)>(body).map_err(|_| PinError::NoSuchBody)?;
+fn pins<'a>(world: &'a mut hecs::World, body: BodyId, name: &str) -> Result<(&'a Vertices, &'a mut Hold), PinError> {
+    let found =
+        world.query_one_mut::<(&Vertices, Option<&mut Holds>)>(body.entity()).map_err(|_| PinError::NoSuchBody)?;
     let (vertices, holds) = found;
     let hold = pinned(holds.into_iter().flat_map(|holds| &mut holds.groups), name)?;
     Ok((vertices, hold))

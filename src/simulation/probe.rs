@@ -2,11 +2,10 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::{EnergyCriterion, Forces, TearDecision, Tearing};
-use crate::storage::{Tips, Topology, Triangles};
+use crate::storage::{BodyId, Tips, Topology, Triangles};
 use crate::systems::forces::assembly::membrane_forces;
 use crate::systems::fracture::{EnergyTerms, Surface, SurfaceQuery, TipMemory, energy_decision, tip_decision};
 use glam::DVec3;
-use hecs::Entity;
 
 /// A tip: the row of its vertex, the unit direction of its last advance, if it had one, and the criterion's answer; none where no
 /// direction is admissible.
@@ -18,9 +17,9 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn tip_decisions(&self, body: Entity) -> Result<Vec<TipAnswer>, SimulationError> {
+    pub fn tip_decisions(&self, body: BodyId) -> Result<Vec<TipAnswer>, SimulationError> {
         type Query<'a> = (SurfaceQuery<'a>, Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>);
-        let mut query = self.world.query_one::<Query>(body);
+        let mut query = self.world.query_one::<Query>(body.entity());
         let (surface, tearing, energy) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some((tearing, tips)) = tearing else { return Ok(Vec::new()) };
         let surface = Surface::of(surface);
@@ -41,9 +40,9 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn elastic_forces(&self, body: Entity) -> Result<Vec<DVec3>, SimulationError> {
+    pub fn elastic_forces(&self, body: BodyId) -> Result<Vec<DVec3>, SimulationError> {
         let frames = &self.present_frames(body)?;
-        let mut query = self.world.query_one::<(&Triangles, &Topology)>(body);
+        let mut query = self.world.query_one::<(&Triangles, &Topology)>(body.entity());
         let (triangles, topology) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let mut forces = Forces::default();
         self.pool.run(|| membrane_forces((triangles, topology), frames, |_| DVec3::ZERO, 0.0, &mut forces));

@@ -1,10 +1,9 @@
 //! Queries of the surface: rays, nearest points.
 
 use super::Simulation;
-use crate::storage::{TriangleKey, Triangles, VertexKey, Vertices};
+use crate::storage::{BodyId, TriangleKey, Triangles, VertexKey, Vertices};
 use crate::systems::kernels::pick::{self, Picked};
 use glam::DVec3;
-use hecs::Entity;
 
 /// A point of a body's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +47,7 @@ impl Simulation {
     /// assert!((hit.distance - 9.0).abs() < 1e-9);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn cast_ray(&self, body: Entity, origin: DVec3, direction: DVec3, max: f64) -> Option<Hit> {
+    pub fn cast_ray(&self, body: BodyId, origin: DVec3, direction: DVec3, max: f64) -> Option<Hit> {
         self.pick(body, At::Present, |positions, corners| pick::meet(positions, corners, origin, direction, max))
     }
 
@@ -65,18 +64,18 @@ impl Simulation {
     /// assert!((hit.distance - 0.3).abs() < 1e-9);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn nearest(&self, body: Entity, point: DVec3, within: f64) -> Option<Hit> {
+    pub fn nearest(&self, body: BodyId, point: DVec3, within: f64) -> Option<Hit> {
         self.pick(body, At::Present, |positions, corners| pick::nearest(positions, corners, point, within))
     }
 
     /// The point of a surface that a search finds.
     pub(super) fn pick(
         &self,
-        body: Entity,
+        body: BodyId,
         at: At,
         pick: impl FnOnce(&[DVec3], &[[u32; 3]]) -> Option<Picked>,
     ) -> Option<Hit> {
-        let mut query = self.world.query_one::<(&Vertices, &Triangles)>(body);
+        let mut query = self.world.query_one::<(&Vertices, &Triangles)>(body.entity());
         let (vertices, triangles) = query.get().ok()?;
         let searched = if at == At::Rest { &vertices.rest_position } else { &vertices.position };
         let Picked { triangle, weights, position, distance } = pick(searched, &triangles.corners)?;

@@ -1,10 +1,11 @@
 //! Recording and replay of the calls to a simulation.
 
-use super::{Simulation, order};
+use super::{Simulation, Solid, order};
 use crate::components::{Body, SolverScratch};
 use crate::registry::Parameters;
 use crate::replay::{Input, Recorder, Recording, ReplayError, Spawned};
 use crate::snapshot::Saved;
+use crate::storage::BodyId;
 use hecs::Entity;
 
 impl Simulation {
@@ -73,9 +74,9 @@ impl Simulation {
     }
 
     /// Writes down the body that was put into the world.
-    pub(super) fn note_spawned(&mut self, body: Entity) {
+    pub(super) fn note_spawned(&mut self, body: BodyId) {
         if self.recorder.is_some()
-            && let Some(saved) = self.world.entity(body).ok().and_then(Saved::of)
+            && let Some(saved) = self.world.entity(body.entity()).ok().and_then(Saved::of)
         {
             self.note(|| Input::Spawn(Spawned(Box::new(saved))));
         }
@@ -87,7 +88,7 @@ impl Simulation {
             return;
         }
         for (place, body) in self.bodies().into_iter().enumerate() {
-            if let Ok(scratch) = self.world.query_one_mut::<&mut SolverScratch>(body) {
+            if let Ok(scratch) = self.world.query_one_mut::<&mut SolverScratch>(body.entity()) {
                 scratch.stops.begin(scripts.get(place).map_or(&[], Vec::as_slice));
             }
         }
@@ -100,7 +101,8 @@ impl Simulation {
             return;
         }
         let mut query = world.query::<(Entity, &SolverScratch)>().with::<&Body>();
-        let mut stops: Vec<_> = query.iter().map(|(body, s)| (order(world, body), s.stops.taken().to_vec())).collect();
+        let mut stops: Vec<_> =
+            query.iter().map(|(body, s)| (order(world, body.into()), s.stops.taken().to_vec())).collect();
         stops.sort_unstable_by_key(|&(order, _)| order);
         recorder.note_stops(stops.into_iter().map(|(_, taken)| taken).collect());
     }
@@ -116,7 +118,11 @@ impl Simulation {
             Input::Spawn(Spawned(saved)) => self.put_back(saved),
             Input::SpawnObstacle(obstacle) => _ = self.spawn_obstacle(obstacle.clone()),
             Input::SpawnMovingObstacle(obstacle, path, turning) => {
-                _ = self.spawn_turning_obstacle(obstacle.clone(), path.clone(), turning.clone());
+                let solid = Solid::new(obstacle.shape.clone()).path(path.clone());
+                _ = self.spawn_obstacle(match turning {
+                    Some(turning) => solid.turning(turning.clone()),
+                    None => solid,
+                });
             }
             Input::MoveObstacle { obstacle, shape } => _ = self.move_obstacle(*obstacle, shape.clone()),
             Input::SpawnForceps { name, jaws, pose } => _ = self.spawn_forceps(name, *jaws, *pose),
@@ -130,7 +136,7 @@ impl Simulation {
             Input::UnpinAll { body, name } => _ = self.unpin_all(*body, name),
             Input::Teleport { body, rotation, shift } => _ = self.teleport(*body, *rotation, *shift),
             Input::Despawn(entity) => _ = self.despawn(*entity),
-            Input::Wake(body) => _ = self.wake(*body),
+            Input::Wake(body) => _ = self.wake((*body).into()),
             Input::WakeAll => _ = self.world_mut(),
             Input::Reorder(body) => _ = self.reorder(*body),
             Input::SetSettings(settings) => _ = self.set_settings(*settings),

@@ -6,9 +6,8 @@ use crate::components::{
     StepForces, TearDecisions,
 };
 use crate::replay::Input;
-use crate::storage::{Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
+use crate::storage::{BodyId, Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
 use crate::systems::solver::Factor;
-use hecs::Entity;
 
 impl Simulation {
     /// Sorts the rows of a body's vertices and triangles so that neighbours in the tissue are neighbours in memory. A mesh from a
@@ -23,7 +22,7 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn reorder(&mut self, body: Entity) -> Result<(), SimulationError> {
+    pub fn reorder(&mut self, body: BodyId) -> Result<(), SimulationError> {
         type Query<'a> = (
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology),
             (&'a mut Increment, &'a mut Frames, &'a mut Factor, Option<&'a mut EnergyAudit>),
@@ -38,7 +37,7 @@ impl Simulation {
         );
         self.note(|| Input::Reorder(body));
         self.validate_dirty()?;
-        let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
+        let found = self.world.query_one_mut::<Query>(body.entity()).map_err(|_| SimulationError::NoSuchBody)?;
         let (
             (vertices, triangles, topology),
             (increment, frames, factor, audit),

@@ -4,7 +4,7 @@ use super::Simulation;
 use crate::components::{Body, GuardLedger, Increment, Refined, Sleeping, SolveResult, TearLog};
 use crate::event::{Event, EventKind};
 use crate::report::{BodyReport, GuardFigures};
-use crate::storage::{Tips, Triangles, Vertices};
+use crate::storage::{BodyId, Tips, Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::step::faults::{fault_in, restore};
 use hecs::{Entity, World};
@@ -14,7 +14,7 @@ impl Simulation {
     /// Undoes a static solve. The report keeps the figures that the attempt has reached where they are finite.
     pub(super) fn undo(&mut self, step: &StepContext) {
         for body in &mut self.report.bodies {
-            body.fault = fault_in(&self.world, body.body);
+            body.fault = fault_in(&self.world, body.body.entity());
             let figures = [&mut body.residual, &mut body.stress_error, &mut body.imbalance];
             figures.into_iter().filter(|figure| !figure.is_finite()).for_each(|figure| *figure = 0.0);
         }
@@ -42,7 +42,7 @@ impl Simulation {
     pub(super) fn finish_report(&mut self) {
         self.report.step += 1;
         let Self { world, report, .. } = self;
-        let before: SmallVec<[Entity; 4]> = acted(&report.bodies).map(|body| body.body).collect();
+        let before: SmallVec<[BodyId; 4]> = acted(&report.bodies).map(|body| body.body).collect();
         report.bodies.clear();
         type Query<'a> = (
             (Entity, &'a Vertices, &'a Triangles, Option<&'a Tips>, &'a TearLog),
@@ -51,7 +51,7 @@ impl Simulation {
         let mut bodies = world.query::<Query>().with::<&Body>();
         for ((body, vertices, triangles, tips, log), (increment, result, ledger, sleeping, refined)) in &mut bodies {
             report.bodies.push(BodyReport {
-                body,
+                body: body.into(),
                 vertex_count: vertices.len(),
                 triangle_count: triangles.len(),
                 tip_count: tips.map_or(0, Tips::len),
@@ -95,6 +95,6 @@ fn acted(bodies: &[BodyReport]) -> impl Iterator<Item = &BodyReport> {
 }
 
 /// A body's place in the order of spawning.
-pub(super) fn order(world: &World, body: Entity) -> u32 {
-    world.get::<&Body>(body).map_or(u32::MAX, |about| about.order)
+pub(super) fn order(world: &World, body: BodyId) -> u32 {
+    world.get::<&Body>(body.entity()).map_or(u32::MAX, |about| about.order)
 }

@@ -71,18 +71,19 @@ impl Simulation {
     /// simulation.set(body, Gravity { acceleration: DVec3::new(0.0, -9.81e-3, 0.0) })?;
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn set<C: Parameter>(&mut self, entity: Entity, component: C) -> Result<(), SetError> {
+    pub fn set<C: Parameter>(&mut self, entity: impl Into<Entity>, component: C) -> Result<(), SetError> {
+        let entity = entity.into();
         self.note(|| Input::Set { entity, to: C::change(Some(component.clone())).into() });
         let found = self.owner::<C>(entity)?;
         let judged = with_host(found, |host| {
             component.check(host).and_then(|()| check_rules(&Changed { entity: found, to: Some(&component) }))
         });
         judged.map_err(|source| Rejected { entity, owner: owner_of(found), source })?;
-        let before = self.audited_energies(entity);
+        let before = self.audited_energies(entity.into());
         // It is there.
         let _ = self.world.insert_one(entity, component);
         complete_in(&mut self.world, entity);
-        self.note_edited_energies(entity, before);
+        self.note_edited_energies(entity.into(), before);
         self.wake_by(entity, WokenBy::Caller);
         Ok(())
     }
@@ -101,7 +102,8 @@ impl Simulation {
     /// assert!(simulation.unset::<Damping>(body)?);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn unset<C: Parameter>(&mut self, entity: Entity) -> Result<bool, SetError> {
+    pub fn unset<C: Parameter>(&mut self, entity: impl Into<Entity>) -> Result<bool, SetError> {
+        let entity = entity.into();
         self.note(|| Input::Set { entity, to: C::change(None).into() });
         let found = self.owner::<C>(entity)?;
         let without = Changed::<C> { entity: found, to: None };
@@ -110,10 +112,10 @@ impl Simulation {
         if is_itself {
             return Err(SetError::Irremovable { owner: owner_of(found), component: C::NAME });
         }
-        let before = self.audited_energies(entity);
+        let before = self.audited_energies(entity.into());
         let was_there = self.world.remove_one::<C>(entity).is_ok();
         complete_in(&mut self.world, entity);
-        self.note_edited_energies(entity, before);
+        self.note_edited_energies(entity.into(), before);
         self.wake_by(entity, WokenBy::Caller);
         Ok(was_there)
     }

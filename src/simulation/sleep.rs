@@ -4,6 +4,7 @@ use super::{Simulation, SimulationError};
 use crate::components::{Body, Sleeping, TearLog};
 use crate::event::{EventKind, WokenBy};
 use crate::replay::Input;
+use crate::storage::BodyId;
 use hecs::{Entity, Query, QueryOneError, World};
 
 impl Simulation {
@@ -23,7 +24,8 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body or obstacle, or it does not carry all of the components.
-    pub fn entity_mut<Q: Query>(&mut self, entity: Entity) -> Result<Q::Item<'_>, SimulationError> {
+    pub fn entity_mut<Q: Query>(&mut self, entity: impl Into<Entity>) -> Result<Q::Item<'_>, SimulationError> {
+        let entity = entity.into();
         self.note(|| Input::Wake(entity));
         self.wake_by(entity, WokenBy::Caller);
         self.lend(Some(entity));
@@ -37,18 +39,18 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn wake(&mut self, body: Entity) -> Result<(), SimulationError> {
-        if !self.world.satisfies::<&Body>(body) {
+    pub fn wake(&mut self, body: BodyId) -> Result<(), SimulationError> {
+        if !self.world.satisfies::<&Body>(body.entity()) {
             return Err(SimulationError::NoSuchBody);
         }
-        self.note(|| Input::Wake(body));
+        self.note(|| Input::Wake(body.entity()));
         self.wake_by(body, WokenBy::Caller);
         Ok(())
     }
 
     /// Wakes a body that can sleep; others are awake.
-    pub(super) fn wake_by(&mut self, body: Entity, by: WokenBy) {
-        if let Ok((sleeping, log)) = self.world.query_one_mut::<(&mut Sleeping, &mut TearLog)>(body) {
+    pub(super) fn wake_by(&mut self, body: impl Into<Entity>, by: WokenBy) {
+        if let Ok((sleeping, log)) = self.world.query_one_mut::<(&mut Sleeping, &mut TearLog)>(body.into()) {
             note_woken(sleeping, log, by);
         }
     }

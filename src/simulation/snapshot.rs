@@ -116,7 +116,7 @@ impl Simulation {
             put(&mut self.world, saved, solvers);
             self.next_order = self.next_order.max(order + 1);
         }
-        self.note_spawned(saved.entity);
+        self.note_spawned(saved.entity.into());
     }
 
     /// A number that tells the state and its topology from others: the same on every platform of equal arithmetic. The data it

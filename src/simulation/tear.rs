@@ -6,7 +6,7 @@ use crate::event::{Course, Event, EventKind, WokenBy};
 use crate::registry::Rejected;
 use crate::replay::Input;
 use crate::report::Report;
-use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
+use crate::storage::{BodyId, EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::fracture::split::{add_tip, note_parted};
 use crate::systems::fracture::{
@@ -107,13 +107,13 @@ impl Simulation {
     /// assert!((cut.made - 4.0).abs() < 1e-9);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn cut(&mut self, body: Entity, polyline: &[DVec3]) -> Result<Cut, CutError> {
+    pub fn cut(&mut self, body: BodyId, polyline: &[DVec3]) -> Result<Cut, CutError> {
         self.note(|| Input::Cut { body, polyline: polyline.to_vec() });
         self.make_cut(body, polyline)
     }
 
     /// Cuts without writing it down.
-    pub(super) fn make_cut(&mut self, body: Entity, polyline: &[DVec3]) -> Result<Cut, CutError> {
+    pub(super) fn make_cut(&mut self, body: BodyId, polyline: &[DVec3]) -> Result<Cut, CutError> {
         type Query<'a> = (
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology),
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut Refined>),
@@ -122,7 +122,7 @@ impl Simulation {
         self.validate_dirty()?;
         self.wake_by(body, WokenBy::Cut);
         let before = self.audited_energies(body);
-        let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
+        let found = self.world.query_one_mut::<Query>(body.entity()).map_err(|_| CutError::NoSuchBody)?;
         let ((vertices, triangles, topology), (mut tips, log, scratch, refined), followers) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
         let mut followers = Followers::of(followers, refined);
@@ -164,15 +164,15 @@ impl Simulation {
     }
 
     /// Energies of a body whose audit has begun.
-    pub(super) fn audited_energies(&mut self, body: Entity) -> Option<Energies> {
-        let has_begun = self.world.get::<&EnergyAudit>(body).is_ok_and(|audit| audit.initial.is_some());
+    pub(super) fn audited_energies(&mut self, body: BodyId) -> Option<Energies> {
+        let has_begun = self.world.get::<&EnergyAudit>(body.entity()).is_ok_and(|audit| audit.initial.is_some());
         if has_begun { self.energies(body).ok() } else { None }
     }
 
     /// Tells the audit of a body, where it has begun, the change of its energies since `before`.
-    pub(super) fn note_edited_energies(&mut self, body: Entity, before: Option<Energies>) {
+    pub(super) fn note_edited_energies(&mut self, body: BodyId, before: Option<Energies>) {
         if let (Some(before), Some(after)) = (before, self.audited_energies(body))
-            && let Ok(audit) = self.world.query_one_mut::<&mut EnergyAudit>(body)
+            && let Ok(audit) = self.world.query_one_mut::<&mut EnergyAudit>(body.entity())
         {
             audit.note_edits(after - before);
         }
@@ -221,7 +221,7 @@ impl Simulation {
     /// Says in the report which tears were ended by the budget of the step.
     pub(super) fn note_unfinished_tears(&mut self) {
         for body in &mut self.report.bodies {
-            let decisions = self.world.query_one_mut::<&TearDecisions>(body.body);
+            let decisions = self.world.query_one_mut::<&TearDecisions>(body.body.entity());
             body.is_tear_cut_short = decisions.is_ok_and(|decisions| decisions.may_advance_further);
         }
     }
@@ -232,7 +232,7 @@ impl Simulation {
         let Self { world, events, .. } = self;
         let first = events.len();
         for (body, log) in world.query_mut::<(Entity, &mut TearLog)>().with::<&Body>() {
-            events.extend(log.pending.drain(..).map(|kind| Event { step, time, body, kind }));
+            events.extend(log.pending.drain(..).map(|kind| Event { step, time, body: body.into(), kind }));
         }
         // Stable: the order within a body stays.
         if !events[first..].is_sorted_by_key(|event| order(world, event.body)) {

@@ -5,10 +5,9 @@ use crate::components::{Body, Forceps, Grasp, Grips, Jaws, Motion, Pinch, Pose};
 use crate::event::WokenBy;
 use crate::registry::{Rejected, complete_in};
 use crate::replay::Input;
-use crate::storage::{Topology, Triangles, Vertices};
+use crate::storage::{BodyId, ForcepsId, Topology, Triangles, Vertices};
 use crate::systems::forces::grip::PinchSelection;
 use glam::DVec3;
-use hecs::Entity;
 
 /// Why a tool did nothing; everything is as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -75,10 +74,10 @@ impl Simulation {
     /// # use rhexis::prelude::*;
     /// let jaws = Jaws { radius: 1.5, stiffness: None, force_limit: None, slip: Slip::Slide };
     /// let forceps = simulation.spawn_forceps("forceps", jaws, Pose::at(DVec3::new(5.0, 5.0, 0.0)))?;
-    /// assert_eq!(simulation.tools(), [forceps]);
+    /// assert_eq!(simulation.tools(), [forceps.entity()]);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn spawn_forceps(&mut self, name: &str, jaws: Jaws, pose: Pose) -> Result<Entity, ToolError> {
+    pub fn spawn_forceps(&mut self, name: &str, jaws: Jaws, pose: Pose) -> Result<ForcepsId, ToolError> {
         self.note(|| Input::SpawnForceps { name: name.to_owned(), jaws, pose });
         let name = name.to_owned();
         if !pose.is_sound() {
@@ -88,7 +87,7 @@ impl Simulation {
             return Err(ToolError::OutOfRange { name, what, value, must });
         }
         let motion = Motion::rest(pose);
-        Ok(self.world.spawn((Forceps { name, jaws, motion, ..Forceps::default() },)))
+        Ok(self.world.spawn((Forceps { name, jaws, motion, ..Forceps::default() },)).into())
     }
 
     /// Moves forceps from where they are now to a pose, evenly within a time \[ms\]: that of the step or of the frame that is
@@ -109,10 +108,10 @@ impl Simulation {
     /// assert!(simulation.forceps(forceps)?.force.x > 0.0);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn move_forceps(&mut self, forceps: Entity, pose: Pose, within: f64) -> Result<(), ToolError> {
+    pub fn move_forceps(&mut self, forceps: ForcepsId, pose: Pose, within: f64) -> Result<(), ToolError> {
         self.note(|| Input::MoveForceps { forceps, pose, within });
         let now = self.report.time;
-        let tool = self.world.query_one_mut::<&mut Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
+        let tool = self.world.query_one_mut::<&mut Forceps>(forceps.entity()).map_err(|_| ToolError::NoSuchForceps)?;
         if !(pose.is_sound() && within >= 0.0 && (now + within).is_finite()) {
             return Err(ToolError::BadPose { name: tool.name.clone() });
         }
@@ -142,34 +141,34 @@ impl Simulation {
     /// assert!(vertices > 0);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn close_forceps(&mut self, forceps: Entity, body: Entity, grasp: &Grasp) -> Result<usize, ToolError> {
+    pub fn close_forceps(&mut self, forceps: ForcepsId, body: BodyId, grasp: &Grasp) -> Result<usize, ToolError> {
         self.note(|| Input::CloseForceps { forceps, body, grasp: grasp.clone() });
         self.validate_dirty()?;
         let now = self.report.time;
-        let tool = self.world.query_one_mut::<&Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
+        let tool = self.world.query_one_mut::<&Forceps>(forceps.entity()).map_err(|_| ToolError::NoSuchForceps)?;
         let Forceps { name, jaws, motion, .. } = tool.clone();
         if tool.body.is_some_and(|held| self.pinch_mut(held, forceps).is_some()) {
             return Err(ToolError::Closed { name });
         }
-        if !self.world.satisfies::<(&Body, &Vertices)>(body) {
+        if !self.world.satisfies::<(&Body, &Vertices)>(body.entity()) {
             return Err(ToolError::NoSuchBody);
         }
         let pose = motion.at(now);
         let rows = self.rows_of(body, grasp, (&name, jaws.radius, &pose))?;
         // A body may be gripped that was not made for it.
-        if !self.world.satisfies::<&Grips>(body) {
-            let _ = self.world.insert_one(body, Grips::default());
-            complete_in(&mut self.world, body);
+        if !self.world.satisfies::<&Grips>(body.entity()) {
+            let _ = self.world.insert_one(body.entity(), Grips::default());
+            complete_in(&mut self.world, body.entity());
         }
         self.wake_by(body, WokenBy::Drive);
-        let found = self.world.query_one_mut::<(&mut Grips, &Vertices)>(body);
+        let found = self.world.query_one_mut::<(&mut Grips, &Vertices)>(body.entity());
         let (grips, vertices) = found.map_err(|_| ToolError::NoSuchBody)?;
         let mut pinch = Pinch { name, forceps: Some(forceps), jaws, motion, ..Pinch::default() };
         pinch.close(vertices, rows, &pose);
         let count = pinch.held.rows().len();
         grips.grasp_count += 1;
         grips.pinches.push(pinch);
-        if let Ok(tool) = self.world.query_one_mut::<&mut Forceps>(forceps) {
+        if let Ok(tool) = self.world.query_one_mut::<&mut Forceps>(forceps.entity()) {
             tool.body = Some(body);
         }
         Ok(count)
@@ -191,18 +190,18 @@ impl Simulation {
     /// assert_eq!(simulation.forceps(forceps)?.body, None);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn open_forceps(&mut self, forceps: Entity) -> Result<(), ToolError> {
+    pub fn open_forceps(&mut self, forceps: ForcepsId) -> Result<(), ToolError> {
         self.note(|| Input::OpenForceps(forceps));
         self.release(forceps)
     }
 
     /// Opens forceps, should these be any.
-    pub(super) fn release(&mut self, forceps: Entity) -> Result<(), ToolError> {
-        let tool = self.world.query_one_mut::<&mut Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
+    pub(super) fn release(&mut self, forceps: ForcepsId) -> Result<(), ToolError> {
+        let tool = self.world.query_one_mut::<&mut Forceps>(forceps.entity()).map_err(|_| ToolError::NoSuchForceps)?;
         (tool.force, tool.torque) = (DVec3::ZERO, DVec3::ZERO);
         if let Some(body) = tool.body.take() {
             self.wake_by(body, WokenBy::Drive);
-            if let Ok(grips) = self.world.query_one_mut::<&mut Grips>(body) {
+            if let Ok(grips) = self.world.query_one_mut::<&mut Grips>(body.entity()) {
                 grips.pinches.retain(|pinch| pinch.forceps != Some(forceps));
             }
         }
@@ -213,19 +212,19 @@ impl Simulation {
     ///
     /// # Errors
     /// If there are no such forceps.
-    pub fn forceps(&self, forceps: Entity) -> Result<Forceps, ToolError> {
-        self.world.get::<&Forceps>(forceps).map(|tool| (*tool).clone()).map_err(|_| ToolError::NoSuchForceps)
+    pub fn forceps(&self, forceps: ForcepsId) -> Result<Forceps, ToolError> {
+        self.world.get::<&Forceps>(forceps.entity()).map(|tool| (*tool).clone()).map_err(|_| ToolError::NoSuchForceps)
     }
 
-    fn pinch_mut(&mut self, body: Entity, forceps: Entity) -> Option<&mut Pinch> {
-        let grips = self.world.query_one_mut::<&mut Grips>(body).ok()?;
+    fn pinch_mut(&mut self, body: BodyId, forceps: ForcepsId) -> Option<&mut Pinch> {
+        let grips = self.world.query_one_mut::<&mut Grips>(body.entity()).ok()?;
         grips.pinches.iter_mut().find(|pinch| pinch.forceps == Some(forceps))
     }
 
     /// The vertices that jaws of this name, radius and pose take.
     fn rows_of(
         &self,
-        body: Entity,
+        body: BodyId,
         grasp: &Grasp,
         (name, radius, pose): (&str, f64, &Pose),
     ) -> Result<Vec<u32>, ToolError> {
@@ -235,7 +234,7 @@ impl Simulation {
             Grasp::Ray { origin, direction, reach } => self.cast_ray(body, *origin, *direction, *reach),
             Grasp::Point(_) | Grasp::Vertices(_) => None,
         };
-        let mut query = self.world.query_one::<Query>(body);
+        let mut query = self.world.query_one::<Query>(body.entity());
         let (vertices, triangles, topology) = query.get().map_err(|_| ToolError::NoSuchBody)?;
         let place = match (grasp, hit) {
             (Grasp::Point(place), _) => place.is_finite().then_some((*place, None)),

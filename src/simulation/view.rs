@@ -2,9 +2,8 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::{Attributes, ChangeSet, Changes, Increment, Sleeping};
-use crate::storage::{TriangleKey, Triangles, VertexKey, Vertices};
+use crate::storage::{BodyId, TriangleKey, Triangles, VertexKey, Vertices};
 use glam::DVec3;
-use hecs::Entity;
 
 /// A body's arrays as they are: nothing is copied or computed. Rows change in steps and cuts, as
 /// [`Simulation::drain_changes`] reports.
@@ -99,9 +98,9 @@ impl Simulation {
     /// assert_eq!(buffer.len(), view.vertex_keys.len());
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn view(&mut self, body: Entity) -> Result<BodyView<'_>, SimulationError> {
+    pub fn view(&mut self, body: BodyId) -> Result<BodyView<'_>, SimulationError> {
         type Query<'a> = (&'a Vertices, &'a Triangles, &'a Increment, Option<&'a Sleeping>, Option<&'a Attributes>);
-        let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
+        let found = self.world.query_one_mut::<Query>(body.entity()).map_err(|_| SimulationError::NoSuchBody)?;
         let (vertices, triangles, increment, sleeping, attributes) = found;
         Ok(BodyView {
             positions: &vertices.position,
@@ -134,9 +133,9 @@ impl Simulation {
     /// assert!(changes.copies().count() > 0);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn drain_changes(&mut self, body: Entity, into: &mut ChangeSet) -> Result<(), SimulationError> {
+    pub fn drain_changes(&mut self, body: BodyId, into: &mut ChangeSet) -> Result<(), SimulationError> {
         type Query<'a> = (&'a Vertices, &'a Triangles, Option<&'a mut Changes>);
-        let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
+        let found = self.world.query_one_mut::<Query>(body.entity()).map_err(|_| SimulationError::NoSuchBody)?;
         let (vertices, triangles, changes) = found;
         let changes = changes.ok_or(SimulationError::NoSuchComponents)?;
         into.take(changes, vertices.len() as u32, triangles.len() as u32);

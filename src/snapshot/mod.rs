@@ -36,6 +36,7 @@ pub(crate) use saved::{Saved, is_ours, strip};
 use crate::event::Event;
 use crate::report::Report;
 use crate::settings::Settings;
+use crate::storage::BodyId;
 use hecs::Entity;
 use std::sync::Arc;
 
@@ -90,11 +91,11 @@ impl Snapshot {
     }
 
     /// The bodies then, in order of spawning.
-    pub fn bodies(&self) -> Vec<Entity> {
+    pub fn bodies(&self) -> Vec<BodyId> {
         let bodies = self.0.entities.iter().filter_map(|saved| Some((saved.body.as_ref()?.order, saved.entity)));
         let mut bodies: Vec<(u32, Entity)> = bodies.collect();
         bodies.sort_unstable_by_key(|&(order, _)| order);
-        bodies.into_iter().map(|(_, entity)| entity).collect()
+        bodies.into_iter().map(|(_, entity)| entity.into()).collect()
     }
 }
 

@@ -38,7 +38,7 @@ macro_rules! saved {
         #[derive(Clone)]
         #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
         pub(crate) struct Saved {
-            #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
+            #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::bits"))]
             pub entity: Entity,
             $( pub $name: Option<$kept>, )*
             $( pub $flag: bool, )*

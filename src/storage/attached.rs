@@ -80,11 +80,29 @@ impl<T: Attachment> Attached<T> {
     }
 
     /// Values of the members, to be rewritten.
+    ///
+    /// # Examples
+    /// ```
+    /// use rhexis::prelude::*;
+    ///
+    /// let mut weights = Attached::new([(3, 1.0), (5, 2.0)]);
+    /// weights.values_mut().iter_mut().for_each(|weight| *weight *= 2.0);
+    /// assert_eq!(weights.values(), [2.0, 4.0]);
+    /// ```
     pub fn values_mut(&mut self) -> &mut [T] {
         &mut self.values
     }
 
     /// The members with their values, to be rewritten.
+    ///
+    /// # Examples
+    /// ```
+    /// use rhexis::prelude::*;
+    ///
+    /// let mut weights = Attached::new([(3, 1.0), (5, 2.0)]);
+    /// weights.entries_mut().filter(|(row, _)| *row == 5).for_each(|(_, weight)| *weight = 0.0);
+    /// assert_eq!(weights.values(), [1.0, 0.0]);
+    /// ```
     pub fn entries_mut(&mut self) -> impl Iterator<Item = (u32, &mut T)> {
         self.rows.iter().copied().zip(&mut self.values)
     }
@@ -102,7 +120,7 @@ impl<T: Attachment> Attached<T> {
 
     /// After [`apply`](Follow::apply), for values that fill areas (prescriptions, foundations, pinches): a vertex put into a
     /// triangle with members at all corners, or on its edge, becomes a member with the interpolated value.
-    pub fn fill_in(&mut self, record: &EditRecord) {
+    pub(crate) fn fill_in(&mut self, record: &EditRecord) {
         for (row, parents) in record.created().filter(|_| !record.has_split_boundary()) {
             let is_member = |corner: u32| self.value(corner).is_some();
             let mut triangles = record.changed_triangles.iter();

@@ -128,7 +128,7 @@ mod tests {
         let sheet = generate::grid(8.0, 6.0, 16, 12).unwrap();
         let body = simulation.spawn(Membrane::new("sheet", sheet, Material::allard_2009())).unwrap();
         type Query<'a> = (&'a mut Vertices, &'a mut Triangles, &'a mut Topology);
-        let found = simulation.world_mut().query_one_mut::<Query>(body).unwrap();
+        let found = simulation.world_mut().query_one_mut::<Query>(body.entity()).unwrap();
         let (vertices, triangles, topology) = found;
         test(&mut Mesh { vertices, triangles, topology });
     }

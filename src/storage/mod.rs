@@ -17,7 +17,6 @@ mod draft;
 mod edit;
 mod edit_log;
 mod follow_topology;
-#[cfg(feature = "snapshot")]
 pub(crate) mod handle;
 #[doc(hidden)]
 pub mod measure;
@@ -40,6 +39,7 @@ pub use attached::{Attached, Attachment};
 #[doc(hidden)]
 pub use edit::{Edit, Refusal};
 pub(crate) use edit_log::{EditLog, Revision};
+pub use handle::{BladeId, BodyId, ForcepsId, ObstacleId};
 pub use mesh::TriangleMesh;
 pub use mesh_error::MeshError;
 #[doc(hidden)]
@@ -49,11 +49,17 @@ pub use outlook::{Outlook, outlook};
 pub use record::Parents;
 #[doc(hidden)]
 pub use record::{ChangedTriangle, EditRecord, Follow, NewTriangle, Removed, RemovedTriangle, Tables};
+#[doc(hidden)]
 pub use rows::Rows;
-pub use tables::{TipKey, TipRow, Tips, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};
-pub use topology::{Fan, Incidence, Topology};
+pub use tables::{TipKey, Tips, TriangleKey, Triangles, VertexKey, Vertices};
+#[doc(hidden)]
+pub use tables::{TipRow, TriangleRow, VertexRow};
+pub use topology::Topology;
+#[doc(hidden)]
+pub use topology::{Fan, Incidence};
 #[doc(hidden)]
 pub use uniform::Uniform;
+#[doc(hidden)]
 pub use validate::{Broken, validate};
 
 /// The row that stands for "none": no neighbour across an edge, no vertex.

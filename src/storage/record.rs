@@ -14,17 +14,17 @@ pub struct Parents {
 
 impl Parents {
     /// A duplicate of one vertex.
-    pub fn duplicate(row: u32) -> Self {
+    pub(crate) fn duplicate(row: u32) -> Self {
         Self { rows: [row; 3], weights: [1.0, 0.0, 0.0], count: 1 }
     }
 
     /// A point `weight` of the way along an edge.
-    pub fn on_edge(from: u32, to: u32, weight: f64) -> Self {
+    pub(crate) fn on_edge(from: u32, to: u32, weight: f64) -> Self {
         Self { rows: [from, to, to], weights: [1.0 - weight, weight, 0.0], count: 2 }
     }
 
     /// A point inside a triangle.
-    pub fn in_triangle(rows: [u32; 3], weights: [f64; 3]) -> Self {
+    pub(crate) fn in_triangle(rows: [u32; 3], weights: [f64; 3]) -> Self {
         Self { rows, weights, count: 3 }
     }
 
@@ -39,7 +39,7 @@ impl Parents {
     }
 
     /// Whether the new vertex is a copy of its one parent.
-    pub fn is_duplicate(&self) -> bool {
+    pub(crate) fn is_duplicate(&self) -> bool {
         self.count == 1
     }
 

@@ -68,6 +68,7 @@ macro_rules! table {
             }
 
             /// As [`swap_remove`](Self::swap_remove), but the key can be exhumed until it is released.
+            #[doc(hidden)]
             pub fn bury(&mut self, row: u32) -> Option<$row> {
                 self.rows.bury(row)?;
                 Some($row { $( $column: self.$column.swap_remove(row as usize), )* })
@@ -75,6 +76,7 @@ macro_rules! table {
 
             /// Puts a row back under the key that was buried last; the one at `row` moves to the end. `None` where no key is
             /// buried, or `row` is beyond the end.
+            #[doc(hidden)]
             pub fn exhume(&mut self, row: u32, value: $row) -> Option<$key> {
                 let key = self.rows.exhume(row)?;
                 let last = self.rows.len() - 1;
@@ -96,6 +98,7 @@ macro_rules! table {
             ///
             /// # Panics
             /// If `order` does not have every row once.
+            #[doc(hidden)]
             pub fn permute(&mut self, order: &[u32]) {
                 self.rows.permute(order);
                 $( crate::storage::table::Column::sort(&mut self.$column, order); )*
@@ -150,6 +153,7 @@ macro_rules! table {
 
             /// The name of the first column whose length differs from the number of keys, or `"keys"` where keys and
             /// rows contradict each other.
+            #[doc(hidden)]
             pub fn first_misaligned_column(&self) -> Option<&'static str> {
                 if !self.rows.is_consistent() {
                     return Some("keys");

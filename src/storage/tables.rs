@@ -72,12 +72,12 @@ impl Triangles {
     }
 
     /// Whether some triangle has a pre-stretch beside the body's own.
-    pub fn are_pre_stretched(&self) -> bool {
+    pub(crate) fn are_pre_stretched(&self) -> bool {
         !self.pre_stretch.is_uniform() || self.pre_stretch.get(0).is_some_and(|&strain| strain != Sym2::ZERO)
     }
 
     /// The smallest of the strengths over those of the body: 1 where it is uniform.
-    pub fn least_strength(&self) -> f64 {
+    pub(crate) fn least_strength(&self) -> f64 {
         if self.strength.is_uniform() {
             return self.strength.get(0).copied().unwrap_or(1.0);
         }

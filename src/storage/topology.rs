@@ -123,7 +123,7 @@ impl Topology {
     }
 
     /// Whether an edge joins the two vertices.
-    pub fn is_edge(&self, corners: &[[u32; 3]], a: u32, b: u32) -> bool {
+    pub(crate) fn is_edge(&self, corners: &[[u32; 3]], a: u32, b: u32) -> bool {
         self.directed_edge(corners, a, b).is_some() || self.directed_edge(corners, b, a).is_some()
     }
 

@@ -119,7 +119,7 @@ mod tests {
         let body = simulation.spawn(if is_planar { sheet.planar() } else { sheet }).unwrap();
         let wave = |v: usize, k: f64| (k * v as f64).sin();
         {
-            let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
+            let mut vertices = simulation.world().get::<&mut Vertices>(body.entity()).unwrap();
             for (v, x) in vertices.position.iter_mut().enumerate() {
                 *x += DVec3::new(wave(v, 7.1), wave(v, 3.3), if is_planar { 0.0 } else { wave(v, 5.7) }) * 0.3;
             }
@@ -127,7 +127,9 @@ mod tests {
         simulation.step(10.0).unwrap();
         let mut query = simulation
             .world()
-            .query_one::<((&mut Vertices, &Triangles, &Topology, &Frames), (&mut Increment, &SolverScratch))>(body);
+            .query_one::<((&mut Vertices, &Triangles, &Topology, &Frames), (&mut Increment, &SolverScratch))>(
+                body.entity(),
+            );
         let ((vertices, triangles, topology, frames), (increment, scratch)) = query.get().unwrap();
         for (v, u) in increment.delta.iter_mut().enumerate() {
             *u = DVec3::new(wave(v, 2.9), wave(v, 4.1), if is_planar { 0.0 } else { wave(v, 6.3) }) * 0.5;

@@ -123,7 +123,7 @@ fn set_back(((vertices, increment, audit), (result, scratch, ledger), read): Sta
 /// Reports the forces of their jaws to the forceps, where a step was undone.
 pub fn report_to_forceps(world: &mut World) {
     let pinches = world.query_mut::<&Grips>().into_iter().flat_map(|grips| &grips.pinches);
-    let told = pinches.filter_map(|pinch| Some((pinch.forceps?, pinch.force, pinch.torque)));
+    let told = pinches.filter_map(|pinch| Some((pinch.forceps?.entity(), pinch.force, pinch.torque)));
     let told: SmallVec<[(Entity, DVec3, DVec3); 8]> = told.collect();
     for (forceps, force, torque) in told {
         if let Ok(forceps) = world.query_one_mut::<&mut Forceps>(forceps) {

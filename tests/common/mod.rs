@@ -2,14 +2,13 @@
 #![allow(dead_code, reason = "shared: each that takes it in uses a part")]
 
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{Curve, Damping, Fibres, Hold, Material, TearLog, Tearing};
 use rhexis::event::{Event, EventKind};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Topology, Triangles, Vertices, measure, validate};
+use rhexis::storage::{Attached, BodyId, Topology, Triangles, Vertices, measure, validate};
 
 /// Side of the square \[mm\].
 pub const SIDE: f64 = 30.0;
@@ -93,7 +92,7 @@ impl Square {
     }
 
     /// Puts the square into a world and cuts its notches.
-    pub fn spawn_into(&self, simulation: &mut Simulation) -> Entity {
+    pub fn spawn_into(&self, simulation: &mut Simulation) -> BodyId {
         let body = simulation.spawn(self.membrane()).unwrap();
         for notch in &self.notches {
             simulation.cut(body, notch).unwrap();
@@ -104,8 +103,8 @@ impl Square {
     pub fn spawn(&self, settings: Settings) -> Run {
         let mut simulation = Simulation::new(settings).unwrap();
         let body = self.spawn_into(&mut simulation);
-        let area = measure::total_area(&simulation.world().get::<&Triangles>(body).unwrap());
-        let mass = measure::total_mass(&simulation.world().get::<&Vertices>(body).unwrap());
+        let area = measure::total_area(&simulation.world().get::<&Triangles>(body.entity()).unwrap());
+        let mass = measure::total_mass(&simulation.world().get::<&Vertices>(body.entity()).unwrap());
         let events = simulation.drain_events().collect();
         Run { simulation, body, events, area, mass }
     }
@@ -126,7 +125,7 @@ pub struct Advance {
 /// A square in its world.
 pub struct Run {
     pub simulation: Simulation,
-    pub body: Entity,
+    pub body: BodyId,
     pub events: Vec<Event>,
     /// Rest area \[mm²\] and mass \[g\] at the start.
     pub area: f64,
@@ -160,19 +159,19 @@ impl Run {
     }
 
     pub fn log(&self) -> TearLog {
-        (*self.simulation.world().get::<&TearLog>(self.body).unwrap()).clone()
+        (*self.simulation.world().get::<&TearLog>(self.body.entity()).unwrap()).clone()
     }
 
     pub fn vertices(&self) -> Vertices {
-        (*self.simulation.world().get::<&Vertices>(self.body).unwrap()).clone()
+        (*self.simulation.world().get::<&Vertices>(self.body.entity()).unwrap()).clone()
     }
 
     pub fn triangle_count(&self) -> usize {
-        self.simulation.world().get::<&Triangles>(self.body).unwrap().len()
+        self.simulation.world().get::<&Triangles>(self.body.entity()).unwrap().len()
     }
 
     pub fn fragment_count(&self) -> usize {
-        self.simulation.world().get::<&Topology>(self.body).unwrap().components().0
+        self.simulation.world().get::<&Topology>(self.body.entity()).unwrap().components().0
     }
 
     pub fn advances(&self) -> Vec<Advance> {
@@ -199,9 +198,9 @@ impl Run {
     /// What must hold after any tear: the tables are whole, nothing was lost, no triangle is a sliver.
     pub fn assert_sound(&self) {
         let world = self.simulation.world();
-        let vertices = world.get::<&Vertices>(self.body).unwrap();
-        let triangles = world.get::<&Triangles>(self.body).unwrap();
-        let topology = world.get::<&Topology>(self.body).unwrap();
+        let vertices = world.get::<&Vertices>(self.body.entity()).unwrap();
+        let triangles = world.get::<&Triangles>(self.body.entity()).unwrap();
+        let topology = world.get::<&Topology>(self.body.entity()).unwrap();
         assert_eq!(validate(&vertices, &triangles, &topology), Ok(()));
         // Roundings of sums of some thousand terms.
         assert!((measure::total_area(&triangles) / self.area - 1.0).abs() < 1e-12);
@@ -218,9 +217,9 @@ pub fn off_line(point: DVec2, origin: DVec2, degrees: f64) -> f64 {
 }
 
 /// Every number of a body's state as bits.
-pub fn state_bits(simulation: &Simulation, body: Entity) -> Vec<u64> {
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
-    let triangles = simulation.world().get::<&Triangles>(body).unwrap();
+pub fn state_bits(simulation: &Simulation, body: BodyId) -> Vec<u64> {
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
+    let triangles = simulation.world().get::<&Triangles>(body.entity()).unwrap();
     let points = vertices.position.iter().chain(&vertices.velocity).chain(&vertices.rest_position);
     let coordinates = points.flat_map(|p| p.to_array()).chain(vertices.mass.iter().copied()).map(f64::to_bits);
     let corners = triangles.corners.iter().flatten().map(|&row| u64::from(row));

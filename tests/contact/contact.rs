@@ -1,14 +1,13 @@
 //! Contact: obstacles that push through, the shape of a taut membrane on a ball, forces, friction.
 
 use glam::{DMat3, DVec3};
-use hecs::Entity;
 use rhexis::components::{Contact, Curve, Gravity, Hold, Material, Obstacle, Path, PreStretch, Shape};
 use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
-use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Triangles, Vertices};
+use rhexis::simulation::{Simulation, Solid};
+use rhexis::storage::{Attached, BodyId, Triangles, Vertices};
 
 /// A taut disc, held at its rim.
 fn drum(radius: f64, triangles: usize, strain: f64, contact: Contact) -> Membrane {
@@ -21,12 +20,12 @@ fn drum(radius: f64, triangles: usize, strain: f64, contact: Contact) -> Membran
     drum.with(PreStretch { strain: Sym2::new(strain, strain, 0.0) }).with(contact)
 }
 
-fn positions(simulation: &Simulation, body: Entity) -> Vec<DVec3> {
-    simulation.world().get::<&Vertices>(body).unwrap().position.clone()
+fn positions(simulation: &Simulation, body: BodyId) -> Vec<DVec3> {
+    simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone()
 }
 
 /// How deep the deepest vertex is inside.
-fn deepest(simulation: &Simulation, body: Entity, shape: &Shape) -> f64 {
+fn deepest(simulation: &Simulation, body: BodyId, shape: &Shape) -> f64 {
     let depth = |x: &DVec3| shape.distance(*x).map_or(0.0, |(distance, _)| -distance);
     positions(simulation, body).iter().map(depth).fold(0.0, f64::max)
 }
@@ -45,19 +44,19 @@ fn an_obstacle_pushed_through_at_a_metre_per_second_never_leaves_the_membrane_on
             let mut simulation = Simulation::new(Settings::default()).unwrap();
             let body = simulation.spawn(drum(5.0, 2700, 0.08, Contact::default())).unwrap();
             let path = Path { points: vec![(0.0, DVec3::ZERO), (4.0, DVec3::Z * 4.0)] };
-            let obstacle = simulation.spawn_moving_obstacle(Obstacle { shape: shape.clone() }, path).unwrap();
+            let obstacle = simulation.spawn_obstacle(Solid::new(shape.clone()).path(path)).unwrap();
             let (mut moved, mut worst) = (shape.clone(), 0.0_f64);
             while simulation.time() < 4.0 {
                 simulation.step(dt).unwrap();
                 moved = shape.moved_by(DVec3::Z * simulation.time());
-                assert_eq!(simulation.world().get::<&Obstacle>(obstacle).unwrap().shape, moved);
+                assert_eq!(simulation.world().get::<&Obstacle>(obstacle.entity()).unwrap().shape, moved);
                 worst = worst.max(deepest(&simulation, body, &moved));
             }
             println!("{shape:?}, dt {dt}: {worst}");
             // A twentieth of the root of a vertex' area is left as it is: 0.012 mm on average, more where triangles are large.
             assert!(worst < 0.1 * edge, "dt {dt}: {worst} mm inside {shape:?}");
             // At the end the tissue that it met first is in front of it, above the middle.
-            let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+            let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
             let met = |v: &usize| vertices.rest_position[*v].length() < 0.3;
             let lowest = (0..vertices.len()).filter(met).map(|v| vertices.position[v].z).fold(f64::INFINITY, f64::min);
             println!("{lowest} over {}", moved.anchor().z);
@@ -114,9 +113,10 @@ fn a_taut_membrane_lowered_on_a_ball_takes_the_shape_of_a_catenoid() {
 }
 
 /// How deep the deepest point of any triangle is inside, of points an eighth of its edges apart.
-fn deepest_point(simulation: &Simulation, body: Entity, shape: &Shape) -> f64 {
+fn deepest_point(simulation: &Simulation, body: BodyId, shape: &Shape) -> f64 {
     let world = simulation.world();
-    let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
+    let (vertices, triangles) =
+        (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Triangles>(body.entity()).unwrap());
     let depth = |x: DVec3| shape.distance(x).map_or(f64::INFINITY, |(distance, _)| -distance);
     let mut deepest = f64::NEG_INFINITY;
     for corners in &triangles.corners {
@@ -145,7 +145,7 @@ fn an_obstacle_as_small_as_an_edge_takes_the_membrane_along_as_far_as_it_goes() 
             let mut simulation = Simulation::new(Settings::default()).unwrap();
             let body = simulation.spawn(drum(5.0, triangles, 0.08, Contact::default())).unwrap();
             let path = Path { points: vec![(0.0, DVec3::ZERO), (10.0 / speed, DVec3::Z * 10.0)] };
-            simulation.spawn_moving_obstacle(Obstacle { shape: shape.clone() }, path).unwrap();
+            simulation.spawn_obstacle(Solid::new(shape.clone()).path(path)).unwrap();
             let mut worst = f64::NEG_INFINITY;
             while simulation.time() < 10.0 / speed + 2.0 * dt {
                 let failed = simulation.step(dt).unwrap().has_failed;

@@ -1,14 +1,13 @@
 //! Obstacles thinner than what they push: rods and ellipsoids that lie along the sheet, small balls.
 
 use glam::{DMat3, DVec3};
-use hecs::Entity;
 use rhexis::components::{Contact, Curve, Hold, Material, Obstacle, Path, PreStretch, Shape};
 use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Settings};
-use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Triangles, Vertices};
+use rhexis::simulation::{Simulation, Solid};
+use rhexis::storage::{Attached, BodyId, Triangles, Vertices};
 use std::f64::consts::PI;
 
 const RADIUS: f64 = 5.0;
@@ -35,9 +34,10 @@ fn solid_angle(x: [DVec3; 3]) -> f64 {
 }
 
 /// How often the sheet, closed by a flat disc in its rim, goes round a point: once round one between both, not at all round others.
-fn winding(simulation: &Simulation, body: Entity, rim: f64, p: DVec3) -> f64 {
+fn winding(simulation: &Simulation, body: BodyId, rim: f64, p: DVec3) -> f64 {
     let world = simulation.world();
-    let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
+    let (vertices, triangles) =
+        (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Triangles>(body.entity()).unwrap());
     let angle = |corners: &[u32; 3]| {
         let of = |points: &[DVec3], p: DVec3| solid_angle(corners.map(|v| points[v as usize] - p));
         of(&vertices.position, p) - of(&vertices.rest_position, p - DVec3::Z * rim)
@@ -90,7 +90,7 @@ fn nothing_passes(settings: &Settings, triangles: usize, motions: &[(f64, f64)],
             let body = simulation.spawn(drum(triangles, fall, end)).unwrap();
             if is_obstacle_moved {
                 let path = Path { points: vec![(0.0, DVec3::ZERO), (end, DVec3::Z * rise)] };
-                simulation.spawn_moving_obstacle(Obstacle { shape: shape.clone() }, path).unwrap();
+                simulation.spawn_obstacle(Solid::new(shape.clone()).path(path)).unwrap();
             } else {
                 simulation.spawn_obstacle(Obstacle { shape: shape.clone() }).unwrap();
             }

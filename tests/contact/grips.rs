@@ -41,7 +41,7 @@ fn a_pinch_is_as_stiff_on_every_mesh_and_after_a_cut() {
         simulation.step(10.0).unwrap();
         // Nothing gives way, so the force is the pinch's stiffness times the hand's way: roundings of some dozen terms.
         let check = |simulation: &Simulation, what: &str| {
-            let grips = simulation.world().get::<&Grips>(body).unwrap();
+            let grips = simulation.world().get::<&Grips>(body.entity()).unwrap();
             let error = grips.pinches[0].force.distance(HAND * STIFFNESS) / (HAND.length() * STIFFNESS);
             assert!(error < 1e-13, "{cells} cells, {what}: {error:e}");
             grips.pinches[0].held.rows().to_vec()
@@ -55,8 +55,8 @@ fn a_pinch_is_as_stiff_on_every_mesh_and_after_a_cut() {
 
         // What the cut has put between the held vertices is held; only at the rim of the pinch may a vertex be free.
         let world = simulation.world();
-        let vertices = world.get::<&Vertices>(body).unwrap();
-        let topology = world.get::<&Topology>(body).unwrap();
+        let vertices = world.get::<&Vertices>(body.entity()).unwrap();
+        let topology = world.get::<&Topology>(body.entity()).unwrap();
         let inner = 1.6 - 2.0 * 10.0 / cells as f64;
         let is_inside = |&row: &u32| vertices.rest_position[row as usize].distance(CENTRE) < inner;
         let free = (0..topology.incident.len() as u32).filter(is_inside).filter(|row| !held.contains(row));

@@ -1,20 +1,19 @@
 //! Jaws hold what hangs together where they close: not the other lip of a cut, however near that is.
 
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Grip, Grips, Jaws, Material, Path, Pose};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Grasp, Simulation};
-use rhexis::storage::Vertices;
+use rhexis::storage::{BodyId, Vertices};
 
 /// Beside the cut, nearer to it than the jaws' radius \[mm\].
 const PLACE: DVec3 = DVec3::new(2.0, 5.3, 0.0);
 const RADIUS: f64 = 0.5;
 
 /// A sheet that is cut along y = 5 from its left edge to x = 6.
-fn slit(sheet: impl FnOnce(Membrane) -> Membrane) -> (Simulation, Entity) {
+fn slit(sheet: impl FnOnce(Membrane) -> Membrane) -> (Simulation, BodyId) {
     let mesh = generate::grid(10.0, 10.0, 40, 40).unwrap();
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
     let body = simulation.spawn(sheet(Membrane::new("sheet", mesh, Material::allard_2009()))).unwrap();
@@ -23,9 +22,10 @@ fn slit(sheet: impl FnOnce(Membrane) -> Membrane) -> (Simulation, Entity) {
 }
 
 /// Rest positions of what the jaws of a body hold, of the vertices on the cut only those of which both copies are held.
-fn held(simulation: &Simulation, body: Entity) -> (Vec<DVec3>, usize) {
+fn held(simulation: &Simulation, body: BodyId) -> (Vec<DVec3>, usize) {
     let world = simulation.world();
-    let (grips, vertices) = (world.get::<&Grips>(body).unwrap(), world.get::<&Vertices>(body).unwrap());
+    let (grips, vertices) =
+        (world.get::<&Grips>(body.entity()).unwrap(), world.get::<&Vertices>(body.entity()).unwrap());
     let held: Vec<DVec3> =
         grips.pinches[0].held.rows().iter().map(|&row| vertices.rest_position[row as usize]).collect();
     let twice = held.iter().enumerate().filter(|(i, p)| held[..*i].contains(p)).count();

@@ -59,8 +59,9 @@ fn reactions_balance_the_loads() {
         let tool = simulation.forceps(forceps).unwrap();
         assert_eq!(tool.motion.at(simulation.time()), pulled());
         let world = simulation.world();
-        let (holds, reactions) = (world.get::<&Holds>(body).unwrap(), world.get::<&Reactions>(body).unwrap());
-        let vertices = world.get::<&Vertices>(body).unwrap();
+        let (holds, reactions) =
+            (world.get::<&Holds>(body.entity()).unwrap(), world.get::<&Reactions>(body.entity()).unwrap());
+        let vertices = world.get::<&Vertices>(body.entity()).unwrap();
         let groups = holds.groups.iter().zip(&reactions.groups);
         let held = groups.flat_map(|(hold, forces)| hold.members.rows().iter().zip(forces));
         let at = |row: u32| vertices.position[row as usize];
@@ -123,7 +124,8 @@ fn what_is_held_follows_through_cuts() {
     let count = simulation.close_forceps(forceps, body, &Grasp::Nearest { reach: 1e-6 }).unwrap();
     let check = |simulation: &Simulation, pose: Pose| {
         let world = simulation.world();
-        let (grips, vertices) = (world.get::<&Grips>(body).unwrap(), world.get::<&Vertices>(body).unwrap());
+        let (grips, vertices) =
+            (world.get::<&Grips>(body.entity()).unwrap(), world.get::<&Vertices>(body.entity()).unwrap());
         let held = &grips.pinches[0].held;
         for &row in held.rows() {
             // The rest shape is flat, and new vertices are put in linearly: only roundings.
@@ -147,7 +149,7 @@ fn what_is_held_follows_through_cuts() {
     // A sheet that nothing pulls any more comes to rest.
     simulation.open_forceps(forceps).unwrap();
     assert_eq!(simulation.forceps(forceps).unwrap().force, DVec3::ZERO);
-    assert!(simulation.world().get::<&Grips>(body).unwrap().pinches.is_empty());
+    assert!(simulation.world().get::<&Grips>(body.entity()).unwrap().pinches.is_empty());
 }
 
 #[test]
@@ -195,11 +197,12 @@ fn jaws_close_by_ray_by_nearest_point_and_by_region_or_say_why_not() {
     simulation.open_forceps(forceps).unwrap();
     let ray = Grasp::Ray { origin: pose.position, direction: DVec3::new(1.0, 0.0, -3.0), reach: 10.0 };
     assert_eq!(simulation.close_forceps(forceps, body, &ray), Ok(1));
-    let held = simulation.world().get::<&Grips>(body).unwrap().pinches[0].held.rows()[0];
-    let rest = simulation.world().get::<&Vertices>(body).unwrap().rest_position[held as usize];
+    let held = simulation.world().get::<&Grips>(body.entity()).unwrap().pinches[0].held.rows()[0];
+    let rest = simulation.world().get::<&Vertices>(body.entity()).unwrap().rest_position[held as usize];
     assert_eq!(rest, DVec3::new(6.0, 5.0, 0.0));
     simulation.open_forceps(forceps).unwrap();
-    let keys: Vec<_> = (60..70).filter_map(|row| simulation.world().get::<&Vertices>(body).unwrap().key(row)).collect();
+    let keys: Vec<_> =
+        (60..70).filter_map(|row| simulation.world().get::<&Vertices>(body.entity()).unwrap().key(row)).collect();
     assert_eq!(simulation.close_forceps(forceps, body, &Grasp::Vertices(keys)), Ok(10));
     simulation.step(1.0).unwrap();
     // A body that is taken away, or a tool, leaves nothing behind.
@@ -208,7 +211,7 @@ fn jaws_close_by_ray_by_nearest_point_and_by_region_or_say_why_not() {
     let body = simulation.spawn(square(4)).unwrap();
     simulation.close_forceps(forceps, body, &Grasp::Point(CENTRE)).unwrap();
     simulation.despawn(forceps).unwrap();
-    assert!(simulation.world().get::<&Grips>(body).unwrap().pinches.is_empty());
+    assert!(simulation.world().get::<&Grips>(body.entity()).unwrap().pinches.is_empty());
     simulation.step(1.0).unwrap();
     assert_eq!(simulation.open_forceps(forceps), Err(ToolError::NoSuchForceps));
 
@@ -272,9 +275,10 @@ fn a_needle_punctures_and_a_blade_cuts_on() {
     assert!(led.len() >= 6 && led.iter().all(|tip| *tip == started[3]), "{led:?} of {started:?}");
     assert_eq!(way, end);
     let world = simulation.world();
-    let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
-    validate(&vertices, &triangles, &world.get::<&Topology>(body).unwrap()).unwrap();
-    assert!(world.get::<&Forces>(body).is_ok());
+    let (vertices, triangles) =
+        (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Triangles>(body.entity()).unwrap());
+    validate(&vertices, &triangles, &world.get::<&Topology>(body.entity()).unwrap()).unwrap();
+    assert!(world.get::<&Forces>(body.entity()).is_ok());
     drop((vertices, triangles));
     simulation.step(1.0).unwrap();
 }

@@ -26,18 +26,20 @@ fn a_scene_without_tearing_contact_and_loads_spends_nothing_on_them() {
     }
     let world = simulation.world();
     let carried = [
-        world.satisfies::<&Tearing>(body) || world.satisfies::<&Tips>(body) || world.satisfies::<&TearDecisions>(body),
-        world.satisfies::<&TipMemory>(body)
-            || world.satisfies::<&Refinement>(body)
-            || world.satisfies::<&Refined>(body),
-        world.satisfies::<&ExternalStiffness>(body) || world.satisfies::<&Springs>(body),
-        world.satisfies::<&Bending>(body) || world.satisfies::<&DihedralAngles>(body),
-        world.satisfies::<&Changes>(body)
-            || world.satisfies::<&Grips>(body)
-            || world.satisfies::<&Sleeping>(body)
-            || world.satisfies::<&EnergyAudit>(body),
+        world.satisfies::<&Tearing>(body.entity())
+            || world.satisfies::<&Tips>(body.entity())
+            || world.satisfies::<&TearDecisions>(body.entity()),
+        world.satisfies::<&TipMemory>(body.entity())
+            || world.satisfies::<&Refinement>(body.entity())
+            || world.satisfies::<&Refined>(body.entity()),
+        world.satisfies::<&ExternalStiffness>(body.entity()) || world.satisfies::<&Springs>(body.entity()),
+        world.satisfies::<&Bending>(body.entity()) || world.satisfies::<&DihedralAngles>(body.entity()),
+        world.satisfies::<&Changes>(body.entity())
+            || world.satisfies::<&Grips>(body.entity())
+            || world.satisfies::<&Sleeping>(body.entity())
+            || world.satisfies::<&EnergyAudit>(body.entity()),
     ];
     assert_eq!(carried, [false; 5], "no component that the body was not given");
-    assert_eq!(world.get::<&Frames>(body).unwrap().stiffened.capacity(), 0, "no stiffness but the material's");
+    assert_eq!(world.get::<&Frames>(body.entity()).unwrap().stiffened.capacity(), 0, "no stiffness but the material's");
     assert_eq!(world.query::<&Obstacle>().iter().count(), 0);
 }

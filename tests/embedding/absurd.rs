@@ -8,7 +8,7 @@ use rhexis::math::{StiffeningFibres, Sym2};
 use rhexis::membrane::Membrane;
 use rhexis::replay::Recording;
 use rhexis::settings::{Advanced, Settings};
-use rhexis::simulation::{Parameter, Simulation, SimulationError};
+use rhexis::simulation::{Parameter, Simulation, SimulationError, Solid};
 use rhexis::snapshot::Snapshot;
 use rhexis::storage::{Attached, TipRow, Tips, Triangles, Vertices};
 
@@ -260,20 +260,20 @@ fn good() -> (Simulation, [hecs::Entity; 4]) {
     let body = s.spawn(sheet).unwrap();
     let below = Shape::Sphere { centre: DVec3::new(2.0, 1.5, -2.0), radius: 1.9 };
     let path = Path { points: vec![(0.0, DVec3::ZERO), (100.0, DVec3::Z)] };
-    let obstacle = s.spawn_moving_obstacle(Obstacle { shape: below }, path).unwrap();
+    let obstacle = s.spawn_obstacle(Solid::new(below).path(path)).unwrap();
     let forceps = s.spawn_forceps("forceps", Jaws { radius: 0.5, ..Jaws::default() }, Pose::at(DVec3::X)).unwrap();
     let blade = s.spawn_blade(0.5, 0.5).unwrap();
     s.cut(body, &[DVec3::new(2.0, 0.0, 0.0), DVec3::new(2.0, 1.0, 0.0)]).unwrap();
     (0..3).for_each(|_| _ = s.step(2.0).unwrap());
-    (s, [body, obstacle, forceps, blade])
+    (s, [body.entity(), obstacle.entity(), forceps.entity(), blade.entity()])
 }
 
 /// All that a host reads of a body.
 fn read(s: &mut Simulation, body: hecs::Entity) -> (String, bool) {
-    let view = s.view(body).unwrap();
+    let view = s.view(body.into()).unwrap();
     let is_finite = view.positions.iter().chain(view.velocities).all(|x| x.is_finite());
     let mut text = format!("{:?} {:?} {:?}", view.positions, view.velocities, view.triangles);
-    text += &format!(" {:?} {}", s.reactions(body).unwrap(), s.time());
+    text += &format!(" {:?} {}", s.reactions(body.into()).unwrap(), s.time());
     (text, is_finite)
 }
 
@@ -303,23 +303,23 @@ fn try_all(seed: u64, cases: usize, is_recorded: bool) -> [usize; 3] {
                 later += 1;
                 assert!(way != Way::Set || kind == KINDS - 1, "case {case}: accepted by set, then {refused}");
                 assert_eq!(read(&mut s, body).0, written, "case {case}: {refused}");
-                let _ = (s.settle(1.0, 1e-6).is_err(), s.energies(body), s.frame(), s.snapshot().to_bytes());
+                let _ = (s.settle(1.0, 1e-6).is_err(), s.energies(body.into()), s.frame(), s.snapshot().to_bytes());
                 assert_eq!(read(&mut s, body).0, written, "case {case}: {refused}");
             }
             Err(error) => panic!("case {case}: {error}"),
             Ok(_) => {
                 accepted += 1;
                 for _ in 0..2 {
-                    let told = s.reactions(body).unwrap();
+                    let told = s.reactions(body.into()).unwrap();
                     let has_failed = s.step(2.0).unwrap().has_failed;
                     assert!(read(&mut s, body).1, "case {case}: not finite");
-                    let energies = s.energies(body).unwrap();
+                    let energies = s.energies(body.into()).unwrap();
                     assert!(
                         has_failed || (energies.elastic + energies.kinetic).is_finite(),
                         "case {case}: {energies:?}"
                     );
                     // A failed step leaves the reactions of the last good state.
-                    let reactions = s.reactions(body).unwrap();
+                    let reactions = s.reactions(body.into()).unwrap();
                     assert!(reactions.iter().all(|(_, force)| force.is_finite()), "case {case}");
                     assert!(!has_failed || reactions == told, "case {case}: {reactions:?}, before {told:?}");
                 }
@@ -355,8 +355,10 @@ fn a_recording_with_rows_that_are_not_there_is_refused_where_it_was() {
     s.entity_mut::<&mut Holds>(body).unwrap().groups[0].members = Attached::new([(777, DVec3::X)]);
     assert!(s.step(1.0).is_err());
     // Nobody mends it: all that follows is refused here and there.
-    assert!(s.reorder(body).is_err() && s.unpin_all(body, "left").is_err() && s.settle(1.0, 1e-9).is_err());
-    assert!(s.cut(body, &[DVec3::new(0.0, 1.5, 0.0), DVec3::new(1.0, 1.5, 0.0)]).is_err());
+    assert!(
+        s.reorder(body.into()).is_err() && s.unpin_all(body.into(), "left").is_err() && s.settle(1.0, 1e-9).is_err()
+    );
+    assert!(s.cut(body.into(), &[DVec3::new(0.0, 1.5, 0.0), DVec3::new(1.0, 1.5, 0.0)]).is_err());
     let recording = s.end_recording().unwrap();
     let recording = Recording::from_bytes(&recording.to_bytes().unwrap()).unwrap();
     assert_eq!(recording.replay().unwrap().hash(), s.hash());

@@ -33,8 +33,8 @@ fn a_tear_goes_on_to_the_same_bits_without_what_is_derived() {
                 let world = run.simulation.world_mut();
                 if forgets && step % 3 == 0 {
                     let body = run.body;
-                    forget!(world, body, Frames, Forces, ExternalStiffness, SolverScratch);
-                    forget!(world, body, TearScratch, TipMemory, DihedralAngles, BendingPasses);
+                    forget!(world, body.entity(), Frames, Forces, ExternalStiffness, SolverScratch);
+                    forget!(world, body.entity(), TearScratch, TipMemory, DihedralAngles, BendingPasses);
                 }
                 run.step();
                 lengths.push(run.log().length);

@@ -7,7 +7,7 @@ use rhexis::membrane::Membrane;
 use rhexis::schedule::Place;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Grasp, SetError, Simulation};
-use rhexis::storage::{Attached, Topology, Triangles, VertexKey, Vertices};
+use rhexis::storage::{Attached, BodyId, Topology, Triangles, VertexKey, Vertices};
 
 pub(super) const NAN: DVec3 = DVec3::NAN;
 /// The sheet has 20 vertices.
@@ -27,7 +27,7 @@ fn hold(rows: impl IntoIterator<Item = u32>) -> Hold {
 }
 
 /// A sheet that one side draws, after a step.
-pub(super) fn drawn() -> (Simulation, hecs::Entity) {
+pub(super) fn drawn() -> (Simulation, BodyId) {
     let mut s = simulation();
     let sheet = sheet();
     let left = sheet.select(|p| p.x == 0.0);
@@ -59,8 +59,8 @@ pub(super) fn sphere(radius: f64) -> Shape {
 }
 
 /// A state to compare: nothing of it has changed.
-fn state(s: &Simulation, body: hecs::Entity) -> String {
-    let vertices = s.world().get::<&Vertices>(body).unwrap();
+fn state(s: &Simulation, body: BodyId) -> String {
+    let vertices = s.world().get::<&Vertices>(body.entity()).unwrap();
     format!("{:?} {:?} {:?} {}", vertices.position, vertices.velocity, s.reactions(body).unwrap(), s.time())
 }
 
@@ -101,7 +101,7 @@ fn a_body_with_rows_or_numbers_that_are_none_is_not_spawned() {
 }
 
 /// Every parameter of a body, with right values.
-fn set_all(s: &mut Simulation, body: hecs::Entity) -> Result<(), SetError> {
+fn set_all(s: &mut Simulation, body: BodyId) -> Result<(), SetError> {
     s.set(body, Holds { groups: vec![hold([0, 5])] })?;
     s.set(body, springs(3, 0.01))?;
     s.set(body, Grips::new(Vec::new()))?;
@@ -180,7 +180,7 @@ fn what_is_set_acts_as_what_was_spawned_with() {
 /// A bending that was taken off leaves nothing that a solve goes by: neither by the call nor by the world.
 #[test]
 fn what_is_taken_off_acts_no_more() {
-    let fall = |mut s: Simulation, body: hecs::Entity| {
+    let fall = |mut s: Simulation, body: BodyId| {
         s.set(body, point_loads(7, DVec3::Z * 1e-4)).unwrap();
         (0..5).for_each(|_| assert!(!s.step(2.0).unwrap().has_failed));
         s.hash()
@@ -196,7 +196,7 @@ fn what_is_taken_off_acts_no_more() {
     assert_eq!(s.unset::<Bending>(body), Ok(true));
     assert_eq!(fall(s, body), plain);
     let (mut s, body) = bent();
-    s.world_mut().remove_one::<Bending>(body).unwrap();
+    s.world_mut().remove_one::<Bending>(body.entity()).unwrap();
     assert_eq!(fall(s, body), plain);
 }
 
@@ -239,21 +239,21 @@ fn what_is_set_wrongly_changes_nothing_and_is_named() {
 fn a_body_that_sleeps_wakes_when_something_is_set() {
     let mut s = simulation();
     let body = s.spawn(sheet().with(Sleeping::default())).unwrap();
-    let is_asleep = |s: &Simulation| s.world().get::<&Sleeping>(body).unwrap().is_asleep();
+    let is_asleep = |s: &Simulation| s.world().get::<&Sleeping>(body.entity()).unwrap().is_asleep();
     (0..200).for_each(|_| _ = s.step(5.0));
     assert!(is_asleep(&s));
     assert!(s.set(body, Gravity { acceleration: NAN }).is_err() && is_asleep(&s));
     s.set(body, Gravity { acceleration: DVec3::Z * 1e-3 }).unwrap();
     assert!(!is_asleep(&s));
     s.step(5.0).unwrap();
-    assert!(s.world().get::<&Vertices>(body).unwrap().position[0].z > 0.0);
+    assert!(s.world().get::<&Vertices>(body.entity()).unwrap().position[0].z > 0.0);
 }
 
 /// Writes something past the calls: the next step refuses it by name, nothing has changed, no other call panics, and mended it goes on.
-fn written(says: &[&str], write: impl Fn(&mut Simulation, hecs::Entity), mend: impl Fn(&mut Simulation, hecs::Entity)) {
+fn written(says: &[&str], write: impl Fn(&mut Simulation, BodyId), mend: impl Fn(&mut Simulation, BodyId)) {
     let (mut s, body) = drawn();
-    let keys: Vec<VertexKey> = s.world().get::<&Vertices>(body).unwrap().keys().to_vec();
-    s.world_mut().insert_one(body, springs(3, 0.01)).unwrap();
+    let keys: Vec<VertexKey> = s.world().get::<&Vertices>(body.entity()).unwrap().keys().to_vec();
+    s.world_mut().insert_one(body.entity(), springs(3, 0.01)).unwrap();
     s.step(1.0).unwrap();
     let before = state(&s, body);
     write(&mut s, body);
@@ -285,12 +285,12 @@ fn written(says: &[&str], write: impl Fn(&mut Simulation, hecs::Entity), mend: i
     rhexis::snapshot::Snapshot::from_bytes(&s.snapshot().to_bytes().unwrap()).unwrap();
 }
 
-fn insert<C: hecs::Component + Clone>(component: C) -> impl Fn(&mut Simulation, hecs::Entity) {
-    move |s, body| s.world_mut().insert_one(body, component.clone()).unwrap()
+fn insert<C: hecs::Component + Clone>(component: C) -> impl Fn(&mut Simulation, BodyId) {
+    move |s, body| s.world_mut().insert_one(body.entity(), component.clone()).unwrap()
 }
 
-fn remove<C: hecs::Component>(s: &mut Simulation, body: hecs::Entity) {
-    drop(s.world_mut().remove_one::<C>(body).unwrap());
+fn remove<C: hecs::Component>(s: &mut Simulation, body: BodyId) {
+    drop(s.world_mut().remove_one::<C>(body.entity()).unwrap());
 }
 
 #[test]
@@ -317,13 +317,13 @@ fn what_was_written_past_the_calls_is_refused_at_the_next_step() {
     written(&["`sheet`", "hold `left`", "vertex 99"], move_holds(vec![MISSING]), move_holds(vec![0, 5]));
     let set_x = |x: f64| move |s: &mut Simulation, body| s.entity_mut::<&mut Vertices>(body).unwrap().mass[7] = x;
     let (s, body) = drawn();
-    let mass = s.world().get::<&Vertices>(body).unwrap().mass[7];
+    let mass = s.world().get::<&Vertices>(body.entity()).unwrap().mass[7];
     written(&["mass of vertex 7"], set_x(f64::NAN), set_x(mass));
     let corners =
         |row: u32| move |s: &mut Simulation, body| s.entity_mut::<&mut Triangles>(body).unwrap().corners[0][0] = row;
-    let first = s.world().get::<&Triangles>(body).unwrap().corners[0][0];
+    let first = s.world().get::<&Triangles>(body.entity()).unwrap().corners[0][0];
     written(&["triangle 0 refers to vertex 99"], corners(MISSING), corners(first));
-    let topology = (*s.world().get::<&Topology>(body).unwrap()).clone();
+    let topology = (*s.world().get::<&Topology>(body.entity()).unwrap()).clone();
     written(&["Topology", "another mesh"], insert(Topology::default()), insert(topology));
 }
 
@@ -342,13 +342,13 @@ fn a_component_written_without_its_companions_works() {
             s.set(*body, Refinement::default()).unwrap();
         } else {
             let added = (springs(3, 0.1), Bending { stiffness: Some(1e-4) }, Drag { coefficient: 1e-5 }, grips);
-            s.world_mut().insert(*body, added).unwrap();
+            s.world_mut().insert(body.entity(), added).unwrap();
             let tearing = Tearing { radius: 0.5, ..Tearing::default() };
-            s.world_mut().insert(*body, (tearing, Refinement::default())).unwrap();
+            s.world_mut().insert(body.entity(), (tearing, Refinement::default())).unwrap();
         }
         s.cut(*body, &[DVec3::new(2.0, 0.0, 0.0), DVec3::new(2.0, 1.0, 0.0)]).unwrap();
         (0..10).for_each(|_| _ = s.step(2.0).unwrap());
-        assert!(s.world().get::<&rhexis::storage::Tips>(*body).is_ok_and(|tips| tips.len() == 1));
+        assert!(s.world().get::<&rhexis::storage::Tips>(body.entity()).is_ok_and(|tips| tips.len() == 1));
     }
     assert_eq!(set.0.hash(), written.0.hash());
 }

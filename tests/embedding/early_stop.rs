@@ -11,14 +11,14 @@ use rhexis::membrane::Membrane;
 use rhexis::report::Report;
 use rhexis::settings::{Accuracy, Advanced, Settings};
 use rhexis::simulation::{Grasp, Simulation};
-use rhexis::storage::Attached;
+use rhexis::storage::{Attached, BodyId};
 
 const DT: f64 = 1000.0 / 60.0;
 const EDGE: f64 = 1.25;
 const FALL: f64 = 9.81e-3;
 
 /// A slack sheet of 20 mm that hangs by two of its corners, or falls.
-fn sheet(settings: Settings, hangs: bool) -> (Simulation, hecs::Entity) {
+fn sheet(settings: Settings, hangs: bool) -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(settings).unwrap();
     let mesh = generate::grid(20.0, 20.0, 16, 16).unwrap();
     let sheet = Membrane::new("cloth", mesh, Material { density: 1e-3, ..Material::allard_2009() })
@@ -103,7 +103,7 @@ fn a_budget_bounds_the_work_and_keeps_the_bits() {
 /// advances, the steps that went only a part of their way and those whose tear had one solve only.
 fn most_work(settings: Settings) -> (u32, [u32; 4]) {
     let (mut simulation, body) = sheet(settings, true);
-    simulation.world_mut().insert(body, (Tearing::default(), Contact::default())).unwrap();
+    simulation.world_mut().insert(body.entity(), (Tearing::default(), Contact::default())).unwrap();
     simulation.cut(body, &[DVec3::new(20.0, 8.0, 0.0), DVec3::new(14.0, 9.0, 0.0)]).unwrap();
     let ball = Shape::Sphere { centre: DVec3::new(10.0, 4.0, -6.0), radius: 5.0 };
     simulation.spawn_obstacle(Obstacle { shape: ball }).unwrap();
@@ -179,7 +179,7 @@ fn two_tears(budget: Option<u32>, refinement: Option<Refinement>) -> Vec<(Vec<DV
             _ => None,
         });
         let torn = torn.collect();
-        (torn, simulation.world().get::<&Refined>(body).map_or(0, |refined| refined.split_count))
+        (torn, simulation.world().get::<&Refined>(body.entity()).map_or(0, |refined| refined.split_count))
     };
     (0..40).map(|_| step()).collect()
 }

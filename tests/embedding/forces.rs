@@ -4,12 +4,12 @@ use crate::doors::{NAN, drawn, point_loads};
 use glam::DVec3;
 use rhexis::components::PointLoads;
 use rhexis::simulation::{ForceError, Simulation};
-use rhexis::storage::{VertexKey, Vertices};
+use rhexis::storage::{BodyId, VertexKey, Vertices};
 
 #[test]
 fn a_force_acts_for_one_step() {
     let force = DVec3::new(1e-4, 2e-4, 3e-4);
-    let run = |push: &dyn Fn(&mut Simulation, hecs::Entity), take: &dyn Fn(&mut Simulation, hecs::Entity)| {
+    let run = |push: &dyn Fn(&mut Simulation, BodyId), take: &dyn Fn(&mut Simulation, BodyId)| {
         let (mut s, body) = drawn();
         push(&mut s, body);
         s.step(1.0).unwrap();
@@ -57,14 +57,14 @@ fn a_force_follows_edits_and_acts_in_static_solves() {
     for edited in [false, true] {
         let (mut s, body) = drawn();
         let key = s.view(body).unwrap().vertex_keys[7];
-        let start = at(&s, body, key);
+        let start = at(&s, body.entity(), key);
         s.apply_force(body, key, DVec3::Z * 1e-3).unwrap();
         if edited {
             s.reorder(body).unwrap();
             s.cut(body, &[DVec3::new(4.0, 2.5, 0.0), DVec3::new(3.5, 2.5, 0.0)]).unwrap();
         }
         s.step(0.1).unwrap();
-        moved[usize::from(edited)] = at(&s, body, key) - start;
+        moved[usize::from(edited)] = at(&s, body.entity(), key) - start;
     }
     // The cut is far away, and the step short: nearly the same acceleration.
     assert!(moved[0].z > 0.0 && (moved[1].z / moved[0].z - 1.0).abs() < 1e-2, "{moved:?}");
@@ -72,12 +72,12 @@ fn a_force_follows_edits_and_acts_in_static_solves() {
     let (mut s, body) = drawn();
     let key = s.view(body).unwrap().vertex_keys[9];
     s.settle(0.0, 1e-9).unwrap();
-    let rest = at(&s, body, key);
+    let rest = at(&s, body.entity(), key);
     s.apply_force(body, key, DVec3::X * 1e-4).unwrap();
     s.settle(0.0, 1e-9).unwrap();
-    let pushed = at(&s, body, key);
+    let pushed = at(&s, body.entity(), key);
     assert!(pushed.x > rest.x, "{pushed} {rest}");
     s.settle(0.0, 1e-9).unwrap();
     // Two equilibria without it differ by their tolerance.
-    assert!(at(&s, body, key).distance(rest) < 1e-6 * pushed.distance(rest).max(1e-3), "it was used up");
+    assert!(at(&s, body.entity(), key).distance(rest) < 1e-6 * pushed.distance(rest).max(1e-3), "it was used up");
 }

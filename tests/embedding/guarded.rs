@@ -18,7 +18,7 @@ fn two_sheets(threads: usize, is_crumpled: bool) -> Simulation {
         let sheet = Membrane::new(name, mesh, Material { thickness: 0.015, ..Material::allard_2009() });
         let body = simulation.spawn(sheet.fibres(Fibres::at_degrees(30.0))).unwrap();
         if name == "crumpled" && is_crumpled {
-            let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
+            let mut vertices = simulation.world().get::<&mut Vertices>(body.entity()).unwrap();
             for (v, x) in vertices.position.iter_mut().enumerate() {
                 let phase = v as f64;
                 *x += DVec3::new((7.1 * phase).sin(), (3.3 * phase).sin(), (5.7 * phase).sin()) * 5.0;
@@ -36,7 +36,7 @@ fn steps(simulation: &mut Simulation, count: usize) -> Vec<Report> {
 fn refusals_have_a_body_a_cause_and_a_place() {
     let mut simulation = two_sheets(1, false);
     let spiked = simulation.bodies()[1];
-    simulation.world().get::<&mut Vertices>(spiked).unwrap().position[0] += DVec3::new(0.9, 0.7, 4.0);
+    simulation.world().get::<&mut Vertices>(spiked.entity()).unwrap().position[0] += DVec3::new(0.9, 0.7, 4.0);
     let (mut refused, mut changed, mut begun, mut was_acting) = (0, 0, 0, false);
     for report in steps(&mut simulation, 25) {
         let [rest, crumpled] = [0, 1].map(|body| report.bodies[body].guard);
@@ -77,7 +77,7 @@ fn counts_and_places_are_the_same_for_any_thread_count() {
 fn what_is_not_finite_names_its_vertex() {
     let mut simulation = two_sheets(1, false);
     let body = simulation.bodies()[1];
-    simulation.world().get::<&mut Vertices>(body).unwrap().velocity[17] = DVec3::X * 1e200;
+    simulation.world().get::<&mut Vertices>(body.entity()).unwrap().velocity[17] = DVec3::X * 1e200;
     let report = simulation.step(20.0).unwrap();
     let guard = report.bodies[1].guard;
     // A system of equations with such a velocity has no finite answer, and the state it leaves is not finite.

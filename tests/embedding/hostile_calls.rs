@@ -9,7 +9,7 @@ use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, OutOfRange, Settings};
 use rhexis::simulation::{CutError, MotionError, Simulation, SimulationError};
-use rhexis::storage::{Attached, Tips, Topology, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Tips, Topology, Triangles, Vertices};
 
 /// Numbers that break arithmetic which does not look.
 const HOSTILE: [f64; 8] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308, -1e308, 1e-308, -1.0, -0.0];
@@ -26,17 +26,17 @@ fn sheet() -> Membrane {
     sheet
 }
 
-fn spawned() -> (Simulation, hecs::Entity) {
+fn spawned() -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
     let body = simulation.spawn(sheet()).unwrap();
     (simulation, body)
 }
 
-fn positions(simulation: &Simulation, body: hecs::Entity) -> Vec<DVec3> {
-    simulation.world().get::<&Vertices>(body).unwrap().position.clone()
+fn positions(simulation: &Simulation, body: BodyId) -> Vec<DVec3> {
+    simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone()
 }
 
-fn assert_finite(simulation: &Simulation, body: hecs::Entity) {
+fn assert_finite(simulation: &Simulation, body: BodyId) {
     assert!(positions(simulation, body).iter().all(|x| x.is_finite()));
 }
 
@@ -174,10 +174,10 @@ fn cuts_of_every_size_keep_the_mesh_whole() {
         }
     }
     let world = simulation.world();
-    let corners = &world.get::<&Triangles>(body).unwrap().corners;
-    let count = world.get::<&Vertices>(body).unwrap().position.len();
+    let corners = &world.get::<&Triangles>(body.entity()).unwrap().corners;
+    let count = world.get::<&Vertices>(body.entity()).unwrap().position.len();
     assert!(corners.iter().flatten().all(|&v| (v as usize) < count));
-    assert!(world.get::<&Vertices>(body).unwrap().rest_position.iter().all(|x| x.is_finite()));
+    assert!(world.get::<&Vertices>(body.entity()).unwrap().rest_position.iter().all(|x| x.is_finite()));
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn without<C: hecs::Component>(step_first: bool) {
     if step_first {
         simulation.step(10.0).unwrap();
     }
-    drop(simulation.world_mut().remove_one::<C>(body));
+    drop(simulation.world_mut().remove_one::<C>(body.entity()));
     for _ in 0..3 {
         let _ = simulation.step(10.0);
         let _ = simulation.settle_and_tear(10.0, 1e-9, 3);
@@ -246,13 +246,17 @@ fn derived_state_of_another_length_is_made_anew_or_survived() {
     simulation.step(10.0).unwrap();
     for _ in 0..2 {
         let world = simulation.world_mut();
-        let _ =
-            world.insert(body, (Frames::default(), Forces::default(), Increment::default(), SolverScratch::default()));
-        let _ = world.insert(body, (Reactions::default(), TearDecisions::default()));
+        let _ = world.insert(
+            body.entity(),
+            (Frames::default(), Forces::default(), Increment::default(), SolverScratch::default()),
+        );
+        let _ = world.insert(body.entity(), (Reactions::default(), TearDecisions::default()));
         simulation.step(10.0).unwrap();
         let world = simulation.world_mut();
-        let _ =
-            world.insert(body, (Frames::default(), Forces::default(), Increment::default(), SolverScratch::default()));
+        let _ = world.insert(
+            body.entity(),
+            (Frames::default(), Forces::default(), Increment::default(), SolverScratch::default()),
+        );
         let _ = simulation.cut(body, &[DVec3::new(2.0, 2.0, 0.0), DVec3::new(2.0, 1.4, 0.0)]);
         let _ = simulation.frame();
         simulation.settle(0.0, 1e-6).unwrap();
@@ -264,7 +268,7 @@ fn derived_state_of_another_length_is_made_anew_or_survived() {
 fn a_velocity_that_is_none_or_has_no_energy_is_refused() {
     let (mut simulation, body) = spawned();
     simulation.step(10.0).unwrap();
-    let velocity = |s: &Simulation| s.world().get::<&Vertices>(body).unwrap().velocity.clone();
+    let velocity = |s: &Simulation| s.world().get::<&Vertices>(body.entity()).unwrap().velocity.clone();
     let before = velocity(&simulation);
     // The square of the last overflows, its own value does not.
     for speed in [f64::NAN, f64::INFINITY, 1e200] {
@@ -279,7 +283,7 @@ fn poisoned_state_is_not_carried_on_silently() {
     for poison in [f64::NAN, f64::INFINITY] {
         let (mut simulation, body) = spawned();
         simulation.step(10.0).unwrap();
-        simulation.world().get::<&mut Vertices>(body).unwrap().position[20] = DVec3::splat(poison);
+        simulation.world().get::<&mut Vertices>(body.entity()).unwrap().position[20] = DVec3::splat(poison);
         assert!(simulation.step(10.0).unwrap().has_failed);
         assert!(simulation.settle(0.0, 1e-9).is_err());
         assert!(simulation.linear_response(1.0).is_err());
@@ -291,7 +295,7 @@ fn a_state_whose_energy_overflows_is_not_carried_on_silently() {
     for exponent in 140..=308 {
         let (mut simulation, body) = spawned();
         simulation.step(10.0).unwrap();
-        simulation.world().get::<&mut Vertices>(body).unwrap().position[20].x = 10_f64.powi(exponent);
+        simulation.world().get::<&mut Vertices>(body.entity()).unwrap().position[20].x = 10_f64.powi(exponent);
         let has_failed = simulation.step(10.0).unwrap().has_failed;
         let energies = simulation.energies(body).unwrap();
         assert!(has_failed || (energies.elastic + energies.kinetic).is_finite(), "1e{exponent} mm: {energies:?}");
@@ -304,7 +308,7 @@ fn parameters_poisoned_after_spawning_are_contained() {
         let (mut simulation, body) = spawned();
         simulation.cut(body, &[DVec3::new(2.0, 2.0, 0.0), DVec3::new(2.0, 1.4, 0.0)]).unwrap();
         {
-            let mut tearing = simulation.world().get::<&mut Tearing>(body).unwrap();
+            let mut tearing = simulation.world().get::<&mut Tearing>(body.entity()).unwrap();
             *tearing = Tearing {
                 strength_across_fibres: value,
                 strength_along_fibres: value,

@@ -4,7 +4,7 @@ use crate::doors::{NAN, drawn, simulation, sphere};
 use glam::{DMat3, DVec3};
 use rhexis::components::{Contact, Jaws, Obstacle, Path, Pose, Shape};
 use rhexis::membrane::BodyError;
-use rhexis::simulation::{SetError, SimulationError};
+use rhexis::simulation::{SetError, SimulationError, Solid};
 
 #[test]
 fn obstacles_and_tools_are_judged_when_they_are_put_in_and_moved() {
@@ -30,13 +30,13 @@ fn obstacles_and_tools_are_judged_when_they_are_put_in_and_moved() {
             s.spawn_obstacle(Obstacle { shape: shape.clone() }),
             Err(BodyError::OutOfRange { component: "Obstacle", .. })
         ));
-        assert!(s.spawn_moving_obstacle(Obstacle { shape: shape.clone() }, Path::default()).is_err());
+        assert!(s.spawn_obstacle(Solid::new(shape.clone()).path(Path::default())).is_err());
         assert!(matches!(s.move_obstacle(ball, shape.clone()), Err(SimulationError::Written(_))), "{shape:?}");
         assert!(matches!(s.set(ball, Obstacle { shape: shape.clone() }), Err(SetError::Rejected(_))), "{shape:?}");
     }
     let path = Path { points: vec![(0.0, NAN)] };
-    assert!(s.spawn_moving_obstacle(Obstacle { shape: sphere(1.0) }, path).is_err());
-    assert_eq!(s.world().get::<&Obstacle>(ball).unwrap().shape, sphere(1.0));
+    assert!(s.spawn_obstacle(Solid::new(sphere(1.0)).path(path)).is_err());
+    assert_eq!(s.world().get::<&Obstacle>(ball.entity()).unwrap().shape, sphere(1.0));
     assert!(s.spawn_blade(f64::NAN, 1.0).is_err() && s.spawn_blade(1.0, -1.0).is_err());
     let jaws = Jaws { radius: f64::NAN, ..Jaws::default() };
     assert!(s.spawn_forceps("f", jaws, Pose::default()).is_err());

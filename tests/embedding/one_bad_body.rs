@@ -2,7 +2,6 @@
 
 use crate::common::{DT, Square, state_bits};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Fibres, Material};
 use rhexis::event::EventKind;
 use rhexis::generate;
@@ -10,14 +9,14 @@ use rhexis::membrane::Membrane;
 use rhexis::report::Fault;
 use rhexis::settings::{Advanced, Integrator, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::Vertices;
+use rhexis::storage::{BodyId, Vertices};
 
 /// A sheet that nothing holds, crumpled by as much as its own size: its steps are retried down to the smallest parts.
-fn crumpled(simulation: &mut Simulation) -> Entity {
+fn crumpled(simulation: &mut Simulation) -> BodyId {
     let mesh = generate::grid(10.0, 10.0, 8, 8).unwrap();
     let sheet = Membrane::new("crumpled", mesh, Material { thickness: 0.015, ..Material::allard_2009() });
     let body = simulation.spawn(sheet.fibres(Fibres::at_degrees(30.0))).unwrap();
-    let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
+    let mut vertices = simulation.world().get::<&mut Vertices>(body.entity()).unwrap();
     for (v, x) in vertices.position.iter_mut().enumerate() {
         let phase = v as f64;
         *x += DVec3::new((7.1 * phase).sin(), (3.3 * phase).sin(), (5.7 * phase).sin()) * 5.0;
@@ -27,16 +26,16 @@ fn crumpled(simulation: &mut Simulation) -> Entity {
 }
 
 /// A sheet that nothing holds, one corner of which is drawn out to a spike: as it swings back a step is retried in halves.
-fn spiked(simulation: &mut Simulation) -> Entity {
+fn spiked(simulation: &mut Simulation) -> BodyId {
     let mesh = generate::grid(10.0, 10.0, 8, 8).unwrap();
     let sheet = Membrane::new("spiked", mesh, Material { thickness: 0.015, ..Material::allard_2009() });
     let body = simulation.spawn(sheet.fibres(Fibres::at_degrees(30.0))).unwrap();
-    simulation.world().get::<&mut Vertices>(body).unwrap().position[0] += DVec3::new(0.9, 0.7, 4.0);
+    simulation.world().get::<&mut Vertices>(body.entity()).unwrap().position[0] += DVec3::new(0.9, 0.7, 4.0);
     body
 }
 
 /// Steps a square that tears, alone or after another body, and returns its state.
-fn torn(settings: Settings, steps: usize, mut other: impl FnMut(&mut Simulation) -> Option<Entity>) -> (Vec<u64>, u32) {
+fn torn(settings: Settings, steps: usize, mut other: impl FnMut(&mut Simulation) -> Option<BodyId>) -> (Vec<u64>, u32) {
     let mut simulation = Simulation::new(settings).unwrap();
     other(&mut simulation);
     let body = Square::new([12, 10], 60.0).spawn_into(&mut simulation);
@@ -72,7 +71,7 @@ fn a_body_that_cannot_go_on_stays_and_the_others_do() {
         let mut bad = None;
         let mut absurd = |simulation: &mut Simulation| {
             let body = crumpled(simulation);
-            simulation.world().get::<&mut Vertices>(body).unwrap().velocity[7] = DVec3::X * 1e300;
+            simulation.world().get::<&mut Vertices>(body.entity()).unwrap().velocity[7] = DVec3::X * 1e300;
             bad = Some(body);
             bad
         };
@@ -88,7 +87,7 @@ fn the_report_and_an_event_say_which_body_has_failed_and_why() {
     let mut simulation = Simulation::new(Settings::default()).unwrap();
     let bad = crumpled(&mut simulation);
     let good = Square::new([12, 10], 60.0).spawn_into(&mut simulation);
-    simulation.world().get::<&mut Vertices>(bad).unwrap().velocity[7] = DVec3::X * 1e300;
+    simulation.world().get::<&mut Vertices>(bad.entity()).unwrap().velocity[7] = DVec3::X * 1e300;
     let before = state_bits(&simulation, bad);
     let report = simulation.step(DT).unwrap();
     assert!(report.has_failed && report.time == DT);
@@ -105,6 +104,6 @@ fn the_report_and_an_event_say_which_body_has_failed_and_why() {
     assert_eq!(failed.len(), 1);
     assert!(failed[0].0 == bad && (failed[0].1.contains("finite") || failed[0].1.contains("large")), "{failed:?}");
     // The fault gone, it goes on.
-    simulation.world().get::<&mut Vertices>(bad).unwrap().velocity[7] = DVec3::ZERO;
+    simulation.world().get::<&mut Vertices>(bad.entity()).unwrap().velocity[7] = DVec3::ZERO;
     assert!(!simulation.step(DT).unwrap().has_failed);
 }

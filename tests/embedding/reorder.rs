@@ -36,8 +36,8 @@ fn bits(v: DVec3) -> [u64; 3] {
 
 fn meaning(run: &Run) -> Meaning {
     let world = run.simulation.world();
-    let vertices = world.get::<&Vertices>(run.body).unwrap();
-    let triangles = world.get::<&Triangles>(run.body).unwrap();
+    let vertices = world.get::<&Vertices>(run.body.entity()).unwrap();
+    let triangles = world.get::<&Triangles>(run.body.entity()).unwrap();
     let key = |row: u32| vertices.key(row).unwrap();
     let of_vertex =
         |v: usize| [vertices.position[v], vertices.velocity[v], vertices.rest_position[v]].map(bits).concat();
@@ -47,24 +47,28 @@ fn meaning(run: &Run) -> Meaning {
         let numbers = numbers.map(f64::to_bits).chain(bits(triangles.fibre[t])).collect();
         (triangles.corners[t].map(key), numbers)
     };
-    let holds = world.get::<&Holds>(run.body).unwrap();
-    let reactions = world.get::<&Reactions>(run.body).unwrap();
+    let holds = world.get::<&Holds>(run.body.entity()).unwrap();
+    let reactions = world.get::<&Reactions>(run.body.entity()).unwrap();
     let of_hold = |(hold, forces): (&rhexis::components::Hold, &Vec<DVec3>)| {
         assert!(hold.members.rows().is_sorted());
         let members = hold.members.rows().iter().zip(hold.members.values()).zip(forces);
         members.map(|((&row, &offset), &force)| (key(row), (bits(offset), bits(force)))).collect()
     };
-    let springs = world.get::<&Springs>(run.body).unwrap();
+    let springs = world.get::<&Springs>(run.body.entity()).unwrap();
     let anchors = springs.anchors.rows().iter().zip(springs.anchors.values());
-    let edges = world.get::<&EdgeLoads>(run.body).unwrap();
+    let edges = world.get::<&EdgeLoads>(run.body.entity()).unwrap();
     Meaning {
         vertices: (0..vertices.len()).map(|v| (key(v as u32), of_vertex(v))).collect(),
         triangles: (0..triangles.len()).map(|t| (triangles.key(t as u32).unwrap(), of_triangle(t))).collect(),
         holds: holds.groups.iter().zip(&reactions.groups).map(of_hold).collect(),
         springs: anchors.map(|(&row, anchor)| (key(row), anchor.stiffness.to_bits())).collect(),
-        loaded: world.get::<&PointLoads>(run.body).unwrap().groups[0].rows.iter().map(|&row| key(row)).collect(),
+        loaded: world.get::<&PointLoads>(run.body.entity()).unwrap().groups[0]
+            .rows
+            .iter()
+            .map(|&row| key(row))
+            .collect(),
         loaded_edges: edges.groups[0].edges.iter().map(|edge| edge.map(key)).collect(),
-        tips: world.get::<&Tips>(run.body).unwrap().vertex.iter().map(|&row| key(row)).collect(),
+        tips: world.get::<&Tips>(run.body.entity()).unwrap().vertex.iter().map(|&row| key(row)).collect(),
     }
 }
 
@@ -83,8 +87,10 @@ fn half_torn() -> Run {
     let edges = bottom.windows(2).map(|w| [w[0], w[1]]).collect();
     let edge = EdgeLoad { edges, traction: force, curve: Curve::constant(1.0) };
     let world = run.simulation.world_mut();
-    world.insert(run.body, (springs, PointLoads { groups: vec![point] }, EdgeLoads { groups: vec![edge] })).unwrap();
-    world.insert_one(run.body, rhexis::components::ExternalStiffness::default()).unwrap();
+    world
+        .insert(run.body.entity(), (springs, PointLoads { groups: vec![point] }, EdgeLoads { groups: vec![edge] }))
+        .unwrap();
+    world.insert_one(run.body.entity(), rhexis::components::ExternalStiffness::default()).unwrap();
     run.stretch_to(0.6);
     run.run_until(60, |run| run.log().advance_count >= 6);
     run
@@ -140,13 +146,13 @@ fn what_was_told_of_vertices_that_are_gone_is_no_matter() {
     let mut run = Run { simulation, body, events: Vec::new(), area: 0.0, mass: 0.0 };
     run.stretch_to(0.6);
     run.run_until(60, |run| run.log().advance_count >= 1);
-    let made = run.simulation.world().get::<&Refined>(body).unwrap().made.clone();
+    let made = run.simulation.world().get::<&Refined>(body.entity()).unwrap().made.clone();
     let is_gone = |run: &Run, key| run.vertices().row(key).is_none();
     run.run_until(60, |run| made.iter().any(|&key| is_gone(run, key)));
     let gone = *made.iter().find(|&&key| is_gone(&run, key)).unwrap();
     run.simulation.entity_mut::<&mut TearDecisions>(body).unwrap().refused_nucleation = Some(RefusedSite::Vertex(gone));
     run.simulation.reorder(body).unwrap();
-    let decisions = run.simulation.world().get::<&TearDecisions>(body).unwrap();
+    let decisions = run.simulation.world().get::<&TearDecisions>(body.entity()).unwrap();
     let count = run.vertices().len() as u32;
     assert!(decisions.tips.iter().flatten().all(|decision| decision.row < count));
 }

@@ -11,7 +11,7 @@ use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::replay::{Input, Recording, ReplayError};
 use rhexis::settings::{Advanced, LinearParams, Settings};
-use rhexis::simulation::{Grasp, Simulation};
+use rhexis::simulation::{Grasp, Simulation, Solid};
 use rhexis::snapshot::Snapshot;
 use rhexis::storage::{Attached, Vertices};
 use std::time::Duration;
@@ -55,7 +55,7 @@ fn every_call_is_repeated() {
     s.entity_mut::<&mut Holds>(first).unwrap().groups.iter_mut().for_each(|hold| hold.curve = curve.clone());
     s.entity_mut::<&mut Vertices>(second).unwrap().velocity.iter_mut().for_each(|v| *v += DVec3::X * 1e-3);
     (0..30).for_each(|_| _ = s.step(10.0));
-    s.world_mut().remove_one::<Sleeping>(first).unwrap();
+    s.world_mut().remove_one::<Sleeping>(first.entity()).unwrap();
     s.wake(second).unwrap();
     s.set_settings(Settings { advanced: Advanced { newton_iterations: 3, ..s.settings().advanced }, ..*s.settings() })
         .unwrap();
@@ -80,19 +80,19 @@ fn tools_are_repeated_and_restored() {
     s.record();
     let ball = |x: f64| Shape::Sphere { centre: DVec3::new(x, 8.0, -2.1), radius: 2.0 };
     let path = Path { points: vec![(0.0, DVec3::ZERO), (300.0, DVec3::Z)] };
-    s.spawn_moving_obstacle(Obstacle { shape: ball(12.0) }, path).unwrap();
+    s.spawn_obstacle(Solid::new(ball(12.0)).path(path)).unwrap();
     let pushed = s.spawn_obstacle(Obstacle { shape: ball(5.0) }).unwrap();
     let middle = DVec3::new(8.0, 4.0, 0.0);
     let jaws = Jaws { radius: 1.5, stiffness: Some(0.5), force_limit: Some(0.02), slip: Slip::Slide };
     let soft = s.spawn_forceps("soft", jaws, Pose::at(middle)).unwrap();
     let rigid =
         s.spawn_forceps("rigid", Jaws { radius: 1.0, ..Jaws::default() }, Pose::at(DVec3::new(3.0, 3.0, 0.0))).unwrap();
-    assert!(s.close_forceps(rigid, rigid, &Grasp::Nearest { reach: 1.0 }).is_err());
+    assert!(s.close_forceps(rigid, rigid.entity().into(), &Grasp::Nearest { reach: 1.0 }).is_err());
     for forceps in [soft, rigid] {
         s.close_forceps(forceps, body, &Grasp::Nearest { reach: 1.0 }).unwrap();
     }
     let blade = s.spawn_blade(0.5, 1.0).unwrap();
-    let keys: Vec<_> = s.world().get::<&Vertices>(body).unwrap().keys()[106..110].to_vec();
+    let keys: Vec<_> = s.world().get::<&Vertices>(body.entity()).unwrap().keys()[106..110].to_vec();
     s.pin(body, "tool", &keys).unwrap();
     for i in 0..40 {
         let by = DVec3::new(0.02, 0.03, 0.05) * f64::from(i);
@@ -120,7 +120,7 @@ fn tools_are_repeated_and_restored() {
     let mut changes = ChangeSet::default();
     other.drain_changes(body, &mut changes).unwrap();
     assert!(changes.is_whole);
-    let log = s.world().get::<&TearLog>(body).map(|log| log.length).unwrap();
+    let log = s.world().get::<&TearLog>(body.entity()).map(|log| log.length).unwrap();
     assert!(log > 2.0, "the blade has cut {log} mm");
     repeats(s);
 }
@@ -153,7 +153,7 @@ fn what_is_not_recorded_is_told() {
     let body = Square::new([8, 6], 60.0).spawn_into(&mut s);
     s.step(5.0).unwrap();
     // Through what is there to be looked at.
-    s.world().get::<&mut Vertices>(body).unwrap().velocity[20].x += 1.0;
+    s.world().get::<&mut Vertices>(body.entity()).unwrap().velocity[20].x += 1.0;
     s.step(5.0).unwrap();
     let recording = s.end_recording().unwrap();
     assert!(matches!(recording.replay(), Err(ReplayError::Diverged { .. })));

@@ -18,7 +18,7 @@ fn an_absurd_velocity_is_undone_and_the_body_goes_on_without_it() {
     let good = run.vertices().velocity[100];
     for absurd in [1e300, f64::MAX] {
         let poison = |run: &common::Run, v: DVec3| {
-            run.simulation.world().get::<&mut Vertices>(run.body).unwrap().velocity[100] = v;
+            run.simulation.world().get::<&mut Vertices>(run.body.entity()).unwrap().velocity[100] = v;
         };
         poison(&run, DVec3::X * absurd);
         let (before, time) = (state_bits(&run.simulation, run.body), run.simulation.time());
@@ -38,7 +38,7 @@ fn a_grip_that_runs_away_stops_the_step_at_the_last_good_moment() {
     let mut run = Square::new([20, 16], 45.0).spawn(Settings::default());
     let away = Curve::new(vec![(0.0, 0.0), (7.0, 0.02), (7.5, 1e200)]).unwrap();
     let holds = |run: &common::Run, curve: &Curve| {
-        let mut holds = run.simulation.world().get::<&mut Holds>(run.body).unwrap();
+        let mut holds = run.simulation.world().get::<&mut Holds>(run.body.entity()).unwrap();
         holds.groups.iter_mut().for_each(|hold| hold.curve = curve.clone());
     };
     holds(&run, &away);
@@ -57,7 +57,7 @@ fn a_grip_that_runs_away_stops_the_step_at_the_last_good_moment() {
 fn a_state_that_is_not_finite_is_reported_and_does_not_panic() {
     let mut run = Square::new([20, 16], 45.0).spawn(Settings::default());
     for broken in [f64::NAN, f64::INFINITY] {
-        run.simulation.world().get::<&mut Vertices>(run.body).unwrap().position[100].x = broken;
+        run.simulation.world().get::<&mut Vertices>(run.body.entity()).unwrap().position[100].x = broken;
         assert!(run.simulation.step(DT).unwrap().has_failed);
         assert_eq!(failures(&mut run), 1);
         assert!(run.simulation.settle(DT, 1e-8).is_err());

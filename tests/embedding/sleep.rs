@@ -2,7 +2,6 @@
 
 use crate::common::{self, Square, state_bits};
 use glam::{DVec3, dvec3};
-use hecs::Entity;
 use rhexis::components::{
     Contact, Curve, Drag, EnergyAudit, Gravity, Holds, Material, Obstacle, Path, Shape, Sleeping, TearLog, Tearing,
 };
@@ -10,8 +9,8 @@ use rhexis::event::{EventKind, WokenBy};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Integrator, Settings};
-use rhexis::simulation::{Simulation, SimulationError};
-use rhexis::storage::{Triangles, Vertices};
+use rhexis::simulation::{Simulation, SimulationError, Solid};
+use rhexis::storage::{BodyId, Triangles, Vertices};
 
 /// A square that is drawn out by `u` \[mm\] at both ends within 100 ms, and then held.
 fn drawn_out(u: f64, tearing: Tearing) -> Membrane {
@@ -27,12 +26,12 @@ fn simulation() -> Simulation {
     Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap()
 }
 
-fn is_asleep(simulation: &Simulation, body: Entity) -> bool {
+fn is_asleep(simulation: &Simulation, body: BodyId) -> bool {
     simulation.report().bodies.iter().any(|report| report.body == body && report.is_asleep)
 }
 
 /// Steps of 10 ms until the body sleeps.
-fn until_asleep(simulation: &mut Simulation, body: Entity) -> usize {
+fn until_asleep(simulation: &mut Simulation, body: BodyId) -> usize {
     for step in 0..2000 {
         if is_asleep(simulation, body) {
             return step;
@@ -42,7 +41,7 @@ fn until_asleep(simulation: &mut Simulation, body: Entity) -> usize {
     panic!("still awake: {:?}", simulation.report().bodies);
 }
 
-fn woken_by(simulation: &mut Simulation, body: Entity) -> Option<WokenBy> {
+fn woken_by(simulation: &mut Simulation, body: BodyId) -> Option<WokenBy> {
     simulation.step(10.0).unwrap();
     simulation.drain_events().filter(|event| event.body == body).find_map(|event| match event.kind {
         EventKind::Woke { by } => Some(by),
@@ -51,9 +50,9 @@ fn woken_by(simulation: &mut Simulation, body: Entity) -> Option<WokenBy> {
 }
 
 /// Largest Σᵢ |uᵢ|·|∇Nᵢ| over the triangles, for the way u from `before` to where the vertices are now.
-fn strain_since(simulation: &Simulation, body: Entity, before: &[DVec3]) -> f64 {
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
-    let triangles = simulation.world().get::<&Triangles>(body).unwrap();
+fn strain_since(simulation: &Simulation, body: BodyId, before: &[DVec3]) -> f64 {
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
+    let triangles = simulation.world().get::<&Triangles>(body.entity()).unwrap();
     let way = |v: u32| vertices.position[v as usize].distance(before[v as usize]);
     let of_triangle = |t: usize| -> f64 {
         let gradients = triangles.rest[t].all_gradients();
@@ -70,7 +69,7 @@ fn what_sleep_gives_up_is_within_its_bound() {
         let sheet = drawn_out(0.3, strong()).with(Drag { coefficient: 0.2 });
         let body = simulation.spawn(sheet.with(Sleeping { strain, ..Sleeping::default() })).unwrap();
         let steps = until_asleep(&mut simulation, body);
-        let asleep = simulation.world().get::<&Vertices>(body).unwrap().position.clone();
+        let asleep = simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone();
         simulation.settle(0.0, 1e-9).unwrap();
         let given_up = strain_since(&simulation, body, &asleep);
         println!("strain {strain:e}: asleep after {steps} steps, {given_up:e} short of equilibrium");
@@ -149,7 +148,7 @@ fn whatever_acts_on_a_body_wakes_it() {
     assert_eq!(simulation.time(), 5010.0, "in the first step in which its hold moves");
     assert!(simulation.drain_events().any(|event| event.kind == EventKind::Woke { by: WokenBy::Drive }));
 
-    assert_eq!(simulation.wake(ball), Err(SimulationError::NoSuchBody));
+    assert_eq!(simulation.wake(ball.entity().into()), Err(SimulationError::NoSuchBody));
     assert_eq!(simulation.entity_mut::<&mut EnergyAudit>(body).err(), Some(SimulationError::NoSuchComponents));
 }
 
@@ -161,7 +160,7 @@ fn a_body_that_may_tear_or_is_audited_stays_awake() {
         let body = simulation.spawn(drawn_out(0.3, strong()).with(Sleeping::default())).unwrap();
         simulation.cut(body, &common::NOTCH).unwrap();
         until_asleep(&mut simulation, body);
-        simulation.world().get::<&rhexis::storage::Tips>(body).unwrap().criterion[0]
+        simulation.world().get::<&rhexis::storage::Tips>(body.entity()).unwrap().criterion[0]
     };
     for (below, sleeps) in [(1e-2, true), (1e-7, false)] {
         let strength = 1e6 * criterion * (1.0 + below);
@@ -173,7 +172,7 @@ fn a_body_that_may_tear_or_is_audited_stays_awake() {
         for _ in 0..100 {
             simulation.step(10.0).unwrap();
         }
-        assert_eq!(simulation.world().get::<&TearLog>(body).unwrap().advance_count, 0);
+        assert_eq!(simulation.world().get::<&TearLog>(body.entity()).unwrap().advance_count, 0);
         assert_eq!(is_asleep(&simulation, body), sleeps, "{below:e} below its strength");
     }
     let mut simulation = simulation();
@@ -198,7 +197,7 @@ fn a_pendulum_does_not_sleep_where_it_turns() {
     for _ in 0..900 {
         simulation.step(1.0).unwrap();
         assert!(!is_asleep(&simulation, body), "at {} ms", simulation.time());
-        let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+        let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
         let lowest =
             (0..vertices.len()).min_by(|&a, &b| vertices.rest_position[a].y.total_cmp(&vertices.rest_position[b].y));
         let speed = vertices.velocity[lowest.unwrap()].z;
@@ -213,7 +212,7 @@ fn bodies_that_sleep_and_wake_have_the_same_bits_on_any_number_of_threads() {
     let run = |threads: usize| {
         let mut simulation = Simulation::new(Settings { threads, ..Settings::default() }).unwrap();
         let weak = Tearing::default();
-        let bodies: Vec<Entity> = (0..8)
+        let bodies: Vec<BodyId> = (0..8)
             .map(|i| {
                 let membrane = match i % 4 {
                     0 => Square { tearing: weak, ..Square::new([20, 16], 60.0) }.membrane(),
@@ -254,9 +253,10 @@ fn contact_leaves_a_body_alone_that_falls_asleep_in_the_first_stage() {
         let body = simulation.spawn(sheet.with(contact).with(sleeping)).unwrap();
         let ball = Shape::Sphere { centre: dvec3(2.0, 2.0, from), radius: 1.0 };
         let up = Path { points: vec![(0.0, DVec3::ZERO), (4.0, DVec3::Z * rise)] };
-        simulation.spawn_moving_obstacle(Obstacle { shape: ball }, up).unwrap();
+        simulation.spawn_obstacle(Solid::new(ball).path(up)).unwrap();
 
-        let positions = |simulation: &Simulation| simulation.world().get::<&Vertices>(body).unwrap().position.clone();
+        let positions =
+            |simulation: &Simulation| simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone();
         let before = positions(&simulation);
         assert!(!simulation.step(4.0).unwrap().has_failed);
         assert!(is_asleep(&simulation, body), "the scene shows nothing: the body is awake");

@@ -2,18 +2,17 @@
 
 use crate::common::Square;
 use glam::{DQuat, DVec3};
-use hecs::Entity;
 use rhexis::components::{
-    Bending, Contact, Curve, EnergyAudit, Forces, Gravity, Grip, Grips, Hold, Jaws, Material, Obstacle, Path,
-    PointLoad, PointLoads, Shape, TearDecisions,
+    Bending, Contact, Curve, EnergyAudit, Forces, Gravity, Grip, Grips, Hold, Jaws, Material, Path, PointLoad,
+    PointLoads, Shape, TearDecisions,
 };
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::schedule::Place;
 use rhexis::settings::Settings;
-use rhexis::simulation::{DebugLines, Haptics, Simulation};
+use rhexis::simulation::{DebugLines, Haptics, Simulation, Solid};
 use rhexis::snapshot::Snapshot;
-use rhexis::storage::{Attached, Tips};
+use rhexis::storage::{Attached, BodyId, Tips};
 
 fn simulation() -> Simulation {
     Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap()
@@ -43,13 +42,14 @@ fn sheet() -> Membrane {
 }
 
 /// All that an outsider can read, as text: equal text is equal bits.
-fn readings(simulation: &mut Simulation, body: Entity) -> String {
+fn readings(simulation: &mut Simulation, body: BodyId) -> String {
     let jaws: Vec<[DVec3; 2]> = {
-        let grips = simulation.world().get::<&Grips>(body);
+        let grips = simulation.world().get::<&Grips>(body.entity());
         grips.map_or(Vec::new(), |grips| grips.pinches.iter().map(|pinch| [pinch.force, pinch.torque]).collect())
     };
-    let criterion = simulation.world().get::<&Tips>(body).map_or(Vec::new(), |tips| tips.criterion.clone());
-    let decisions = simulation.world().get::<&TearDecisions>(body).map_or(Vec::new(), |found| found.tips.clone());
+    let criterion = simulation.world().get::<&Tips>(body.entity()).map_or(Vec::new(), |tips| tips.criterion.clone());
+    let decisions =
+        simulation.world().get::<&TearDecisions>(body.entity()).map_or(Vec::new(), |found| found.tips.clone());
     let read = (
         simulation.reactions(body),
         jaws,
@@ -70,7 +70,7 @@ fn read_back(simulation: &Simulation) -> Option<Snapshot> {
     return Some(simulation.snapshot());
 }
 
-type Spoil = fn(&mut Simulation, Entity) -> bool;
+type Spoil = fn(&mut Simulation, BodyId) -> bool;
 
 /// What makes a step or a static solve fail, and is taken away again.
 const SPOILS: [(&str, Spoil); 5] = [
@@ -99,9 +99,9 @@ const SPOILS: [(&str, Spoil); 5] = [
     }),
     ("a linear answer to a load of 1e300 N", |simulation, body| {
         let load = PointLoad { rows: vec![20], force: DVec3::X * 1e300, curve: Curve::constant(1.0) };
-        simulation.world_mut().insert_one(body, PointLoads { groups: vec![load] }).unwrap();
+        simulation.world_mut().insert_one(body.entity(), PointLoads { groups: vec![load] }).unwrap();
         let has_failed = simulation.linear_response(1.0).is_err();
-        simulation.world_mut().remove_one::<PointLoads>(body).unwrap();
+        simulation.world_mut().remove_one::<PointLoads>(body.entity()).unwrap();
         has_failed
     }),
 ];
@@ -111,12 +111,9 @@ fn what_is_read_after_a_failure_is_what_was_there_before() {
     for (what, spoil) in SPOILS {
         let mut simulation = simulation();
         let body = simulation.spawn(sheet()).unwrap();
-        simulation
-            .spawn_moving_obstacle(
-                Obstacle { shape: Shape::Plane { point: DVec3::NEG_Z * 0.01, normal: DVec3::Z } },
-                Path { points: vec![(0.0, DVec3::ZERO), (10.0, DVec3::Z * 0.1)] },
-            )
-            .unwrap();
+        let plane = Shape::Plane { point: DVec3::NEG_Z * 0.01, normal: DVec3::Z };
+        let up = Path { points: vec![(0.0, DVec3::ZERO), (10.0, DVec3::Z * 0.1)] };
+        simulation.spawn_obstacle(Solid::new(plane).path(up)).unwrap();
         (0..5).for_each(|_| _ = simulation.step(1.0).unwrap());
         let before = readings(&mut simulation, body);
         assert!(!before.contains("NaN") && simulation.contact_forces(body).unwrap().len() == 1, "{before}");
@@ -138,14 +135,14 @@ fn tips_keep_their_criterion_through_a_failed_step() {
     (0..10).for_each(|_| _ = run.simulation.step(10.0).unwrap());
     let before = readings(&mut run.simulation, run.body);
     assert!(before.contains("TearDecision"));
-    run.simulation.world_mut().insert_one(run.body, Gravity { acceleration: DVec3::X * 1e200 }).unwrap();
+    run.simulation.world_mut().insert_one(run.body.entity(), Gravity { acceleration: DVec3::X * 1e200 }).unwrap();
     assert!(run.simulation.step(10.0).unwrap().has_failed);
     assert_eq!(readings(&mut run.simulation, run.body), before);
 }
 
 #[test]
 fn no_order_of_calls_panics_on_a_body_that_bends() {
-    type Call = fn(&mut Simulation, Entity, &mut Haptics);
+    type Call = fn(&mut Simulation, BodyId, &mut Haptics);
     let calls: [Call; 10] = [
         |simulation, body, haptics| {
             let coupling = simulation.coupling_of_pins(body, "needle").unwrap();

@@ -4,7 +4,6 @@
 #![cfg(feature = "snapshot")]
 
 use glam::{DMat2, DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{
     Bending, Contact, Curve, Damping, Drag, EnergyCriterion, Fibres, Hold, Jaws, Material, Obstacle, Pose, PreStretch,
     Refinement, Shape, TearLog, Tearing, Toughness,
@@ -18,6 +17,7 @@ use rhexis::report::{Outcome, TearCourse};
 use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::Attached;
+use rhexis::storage::BodyId;
 use std::path::{Path, PathBuf};
 
 /// With this in the environment, the hand tears anew, and both files are written.
@@ -53,7 +53,7 @@ fn data(name: &str) -> PathBuf {
 }
 
 /// A taut capsule on its lens, held at its rim, with a puncture that has left a short flap.
-fn capsule() -> (Simulation, Entity) {
+fn capsule() -> (Simulation, BodyId) {
     let advanced = Advanced { preconditioner: Preconditioner::IncompleteCholesky, ..Advanced::default() };
     let settings = Settings { threads: 1, advanced, ..Settings::default() };
     let mut simulation = Simulation::new(settings).unwrap();
@@ -98,14 +98,14 @@ fn capsule() -> (Simulation, Entity) {
 /// A tear and the hand that draws it.
 struct Hand {
     simulation: Simulation,
-    body: Entity,
+    body: BodyId,
     course: TearCourse,
     /// Position of the tip that is followed \[mm\].
     tip: DVec3,
 }
 
 impl Hand {
-    fn new((simulation, body): (Simulation, Entity)) -> Self {
+    fn new((simulation, body): (Simulation, BodyId)) -> Self {
         let course = TearCourse::new(simulation.world(), body, simulation.time()).unwrap();
         let tips = simulation.tips(body).unwrap().into_iter().map(|tip| tip.position);
         // The tear begins on the circle, the puncture inside of it.
@@ -189,7 +189,7 @@ fn outcome(recording: &Recording) -> String {
     let events: Vec<Event> = simulation.drain_events().collect();
     course.note(simulation.world(), simulation.time(), &events);
     let figures = course.figures();
-    let log = simulation.world().get::<&TearLog>(start.bodies()[0]).unwrap();
+    let log = simulation.world().get::<&TearLog>(start.bodies()[0].entity()).unwrap();
     let advances = events.iter().filter(|event| matches!(event.kind, EventKind::Advanced { .. })).count();
     assert_eq!(log.advance_count as usize, advances);
     format!(

@@ -1,16 +1,15 @@
 //! The energy audit of what moves a body by force: rigid jaws, moving obstacles, and steps that do not go all of their way.
 
 use glam::{DQuat, DVec3};
-use hecs::Entity;
 use rhexis::components::{
     Bending, Contact, Curve, Damping, Drag, EnergyAudit, EnergyBalance, Fibres, Grip, Grips, Hold, Jaws, Material,
-    Obstacle, Path, Pose, Shape, Tearing,
+    Path, Pose, Shape, Tearing,
 };
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
-use rhexis::simulation::{Grasp, Simulation};
-use rhexis::storage::{Attached, Vertices};
+use rhexis::simulation::{Grasp, Simulation, Solid};
+use rhexis::storage::{Attached, BodyId, Vertices};
 
 fn sheet(is_planar: bool) -> Membrane {
     let mesh = generate::grid(10.0, 10.0, 10, 10).unwrap();
@@ -26,7 +25,7 @@ fn simulation() -> Simulation {
     Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap()
 }
 
-fn balance(simulation: &mut Simulation, body: Entity) -> EnergyBalance {
+fn balance(simulation: &mut Simulation, body: BodyId) -> EnergyBalance {
     simulation.energy_balance(body).unwrap().unwrap()
 }
 
@@ -119,7 +118,7 @@ fn putting_tissue_outside_a_moving_obstacle_is_a_term_of_its_own() {
     let body = simulation.spawn(skin).unwrap();
     let shape = Shape::Sphere { centre: DVec3::new(0.3, 0.1, -3.01), radius: 3.0 };
     simulation
-        .spawn_moving_obstacle(Obstacle { shape }, Path { points: vec![(0.0, DVec3::ZERO), (1500.0, DVec3::Z * 20.0)] })
+        .spawn_obstacle(Solid::new(shape).path(Path { points: vec![(0.0, DVec3::ZERO), (1500.0, DVec3::Z * 20.0)] }))
         .unwrap();
     let mut any_vertex_projected = false;
     for _ in 0..200 {
@@ -183,7 +182,7 @@ fn a_spike_at_an_edge_holds_nobody_up() {
     // Itself and what is around it, of 442.
     assert!((1..=24).contains(&relaxed), "{relaxed} vertices");
     let (edge, spike) = {
-        let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+        let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
         let at = |v: usize| vertices.position[v];
         (at(a).distance(at(b)), at(a).distance(at(tip as usize)))
     };

@@ -3,20 +3,19 @@
 
 use crate::noise::noises;
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Bending, Curve, Fibres, Gravity, Hold, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Vertices};
+use rhexis::storage::{Attached, BodyId, Vertices};
 
 /// A sheet of 10 mm as thin as a lens capsule, that nothing holds.
-fn sheet(is_planar: bool, settings: Settings) -> (Simulation, Entity) {
+fn sheet(is_planar: bool, settings: Settings) -> (Simulation, BodyId) {
     spawned(settings, |sheet| if is_planar { sheet.planar() } else { sheet })
 }
 
-fn spawned(settings: Settings, kind: impl Fn(Membrane) -> Membrane) -> (Simulation, Entity) {
+fn spawned(settings: Settings, kind: impl Fn(Membrane) -> Membrane) -> (Simulation, BodyId) {
     let mesh = generate::grid(10.0, 10.0, 10, 10).unwrap();
     let mut sheet = Membrane::new("sheet", mesh, Material { thickness: 0.015, ..Material::allard_2009() });
     sheet = kind(sheet.fibres(Fibres::at_degrees(30.0)));
@@ -53,19 +52,19 @@ fn nonlinear() -> [(&'static str, Settings); 4] {
     ]
 }
 
-fn energy(simulation: &mut Simulation, body: Entity) -> f64 {
+fn energy(simulation: &mut Simulation, body: BodyId) -> f64 {
     let energies = simulation.energies(body).unwrap();
     energies.elastic + energies.kinetic
 }
 
-fn change(simulation: &Simulation, body: Entity, change: impl Fn(usize, &mut DVec3, &mut DVec3)) {
-    let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
+fn change(simulation: &Simulation, body: BodyId, change: impl Fn(usize, &mut DVec3, &mut DVec3)) {
+    let mut vertices = simulation.world().get::<&mut Vertices>(body.entity()).unwrap();
     let Vertices { position, velocity, .. } = &mut *vertices;
     position.iter_mut().zip(velocity).enumerate().for_each(|(v, (x, u))| change(v, x, u));
 }
 
 /// Throws every vertex up to `size` \[mm\] off.
-fn crumple(simulation: &Simulation, body: Entity, is_planar: bool, size: f64) {
+fn crumple(simulation: &Simulation, body: BodyId, is_planar: bool, size: f64) {
     change(simulation, body, |v, x, _| {
         let by = noises(v, 0) * size;
         *x += if is_planar { by.with_z(0.0) } else { by };
@@ -74,7 +73,7 @@ fn crumple(simulation: &Simulation, body: Entity, is_planar: bool, size: f64) {
 
 /// Steps on and asks that what is in the body never exceeds what was in it at first by more than the share that the engine
 /// allows, a tenth, and a tenth of what a strain of 1 % stores in all of it. Returns how many steps were retried.
-fn assert_contained(simulation: &mut Simulation, body: Entity, dt: f64, what: &str) -> u32 {
+fn assert_contained(simulation: &mut Simulation, body: BodyId, dt: f64, what: &str) -> u32 {
     let start = energy(simulation, body);
     // ½·V·(E_F + E_T)·0.01², over 1 − ν_F·ν_T = 0.991.
     let slack = 0.5 * 1.5 * 11.0 * 1e-4 / 0.99;
@@ -163,7 +162,7 @@ fn work_that_is_done_on_a_body_is_not_taken_for_its_own() {
 }
 
 /// A taut sheet in a plane that is drawn out on, from a twentieth to a tenth within so many ms, and aside, in a field of gravity.
-fn drawn(settings: Settings, over: f64) -> (Simulation, Entity) {
+fn drawn(settings: Settings, over: f64) -> (Simulation, BodyId) {
     let mesh = generate::grid(10.0, 10.0, 10, 10).unwrap();
     let material = Material { thickness: 0.1, ..Material::allard_2009() };
     let mut sheet = Membrane::new("sheet", mesh, material).fibres(Fibres::at_degrees(30.0)).planar();

@@ -22,9 +22,10 @@ fn a_cut_through_a_loaded_edge_keeps_its_length_and_its_edges_on_the_boundary() 
     simulation.cut(body, &[DVec3::new(3.0, 3.0, 0.0), DVec3::new(3.0, 2.0, 0.0)]).unwrap();
 
     let world = simulation.world();
-    let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
-    let topology = world.get::<&Topology>(body).unwrap();
-    let loads = world.get::<&EdgeLoads>(body).unwrap();
+    let (vertices, triangles) =
+        (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Triangles>(body.entity()).unwrap());
+    let topology = world.get::<&Topology>(body.entity()).unwrap();
+    let loads = world.get::<&EdgeLoads>(body.entity()).unwrap();
     let edges = &loads.groups[0].edges;
     assert_eq!(edges.len(), 5);
     let length: f64 = edges

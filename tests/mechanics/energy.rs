@@ -2,7 +2,6 @@
 
 use crate::common::{GRIP_SPEED, Square};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{
     Anchor, Contact, Curve, Damping, Drag, EdgeLoad, EdgeLoads, EnergyAudit, EnergyBalance, Fibres, Gravity, Grip,
     Grips, Hold, Jaws, Material, Obstacle, Path, PointLoad, PointLoads, PreStretch, Pressure, Shape, Springs, TearMode,
@@ -13,7 +12,7 @@ use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Triangles, Vertices};
 
 /// Sum of the sizes of all terms \[mJ\]: what roundings and tolerances are measured by.
 fn scale(b: &EnergyBalance) -> f64 {
@@ -22,7 +21,7 @@ fn scale(b: &EnergyBalance) -> f64 {
     inside.iter().chain(&others).chain(&[b.residual, b.released]).map(|term| term.abs()).sum()
 }
 
-fn balance(simulation: &mut Simulation, body: Entity) -> EnergyBalance {
+fn balance(simulation: &mut Simulation, body: BodyId) -> EnergyBalance {
     simulation.energy_balance(body).unwrap().unwrap()
 }
 
@@ -73,7 +72,7 @@ fn damped_sheet() -> Membrane {
 }
 
 /// A ball that the sheet is pressed onto.
-fn simulate(settings: Settings, sheet: Membrane) -> (Simulation, Entity) {
+fn simulate(settings: Settings, sheet: Membrane) -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..settings }).unwrap();
     let body = simulation.spawn(sheet).unwrap();
     let shape = Shape::Sphere { centre: DVec3::new(10.0, 8.0, 3.2), radius: 3.0 };
@@ -168,11 +167,11 @@ fn a_wrong_term_breaks_the_balance() {
         assert!(wrong.imbalance().abs() > 100.0 * right.imbalance().abs(), "term {i}: {right:?}");
     }
     // And so does a fault in what the engine does between and within steps.
-    type Fault = fn(&mut Simulation, Entity);
+    type Fault = fn(&mut Simulation, BodyId);
     let faults: [(&str, Fault); 3] = [
-        ("a vertex is moved", |s, b| s.world().get::<&mut Vertices>(b).unwrap().position[30].x += 0.1),
-        ("a vertex is stopped", |s, b| s.world().get::<&mut Vertices>(b).unwrap().velocity[40] = DVec3::ZERO),
-        ("the sheet is thickened", |s, b| s.world().get::<&mut Triangles>(b).unwrap().thickness[50] *= 1.01),
+        ("a vertex is moved", |s, b| s.world().get::<&mut Vertices>(b.entity()).unwrap().position[30].x += 0.1),
+        ("a vertex is stopped", |s, b| s.world().get::<&mut Vertices>(b.entity()).unwrap().velocity[40] = DVec3::ZERO),
+        ("the sheet is thickened", |s, b| s.world().get::<&mut Triangles>(b.entity()).unwrap().thickness[50] *= 1.01),
     ];
     for (what, fault) in faults {
         let before = balance(&mut simulation, body).imbalance();
@@ -186,9 +185,9 @@ fn a_wrong_term_breaks_the_balance() {
 #[test]
 fn a_step_that_is_undone_and_halved_keeps_the_balance() {
     let mut run = Square::new([20, 16], 45.0).spawn(Settings::default());
-    run.simulation.world_mut().insert_one(run.body, EnergyAudit::default()).unwrap();
+    run.simulation.world_mut().insert_one(run.body.entity(), EnergyAudit::default()).unwrap();
     let away = Curve::new(vec![(0.0, 0.0), (7.0, 0.02), (7.5, 1e200)]).unwrap();
-    run.simulation.world().get::<&mut rhexis::components::Holds>(run.body).unwrap().groups[0].curve = away;
+    run.simulation.world().get::<&mut rhexis::components::Holds>(run.body.entity()).unwrap().groups[0].curve = away;
     let report = run.simulation.step(10.0).unwrap();
     assert!(report.has_failed && report.rolled_back > 0 && report.time == 6.875, "{report:?}");
     let b = balance(&mut run.simulation, run.body);
@@ -202,7 +201,7 @@ fn a_dynamic_tear_keeps_the_balance() {
         let mut square = Square::new([30, 26], 45.0);
         square.tearing.mode = mode;
         let mut run = square.spawn(Settings::default());
-        run.simulation.world_mut().insert_one(run.body, EnergyAudit::default()).unwrap();
+        run.simulation.world_mut().insert_one(run.body.entity(), EnergyAudit::default()).unwrap();
         run.stretch_to(1.2);
         let mut worst = 0.0_f64;
         while run.log().end_count == 0 {
@@ -227,7 +226,7 @@ fn a_static_tear_tells_what_every_advance_releases() {
     let mut square = Square::new([20, 16], 45.0);
     square.notches = vec![[DVec3::new(15.0, 30.0, 0.0), DVec3::new(15.0, 21.0, 0.0)]];
     let mut run = square.spawn(Settings::default());
-    run.simulation.world_mut().insert_one(run.body, EnergyAudit::default()).unwrap();
+    run.simulation.world_mut().insert_one(run.body.entity(), EnergyAudit::default()).unwrap();
     let mut released = Vec::new();
     while run.log().end_count == 0 {
         run.simulation.settle_and_tear(0.2 / GRIP_SPEED, 1e-8, 100).unwrap();
@@ -272,7 +271,7 @@ fn a_step_that_falls_back_to_the_rotated_tangent_keeps_the_balance() {
     let (left, right) = (hold(&sheet, "left", 0.0, DVec3::ZERO), hold(&sheet, "right", 20.0, DVec3::NEG_X));
     let sheet = sheet.hold(left).hold(right).with(Damping { time: 0.3 }).with(EnergyAudit::default());
     let (mut simulation, body) = simulate(schemes()[1].1, sheet);
-    for (i, x) in simulation.world().get::<&mut Vertices>(body).unwrap().position.iter_mut().enumerate() {
+    for (i, x) in simulation.world().get::<&mut Vertices>(body.entity()).unwrap().position.iter_mut().enumerate() {
         x.z += 0.05 * (37.7 * i as f64).sin() * x.x * (20.0 - x.x) * 0.01;
     }
     let (mut fallbacks, mut worst) = (0, 0.0_f64);

@@ -2,7 +2,6 @@
 
 use crate::noise::{noise, noises};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{
     Contact, Curve, Damping, Fibres, GuardLedger, Hold, Material, Obstacle, Shape, TearMode, Tearing,
 };
@@ -10,7 +9,7 @@ use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, TriangleMesh, Triangles, Vertices, measure};
+use rhexis::storage::{Attached, BodyId, TriangleMesh, Triangles, Vertices, measure};
 
 /// Stiff fibres in soft tissue.
 fn stiff_fibres() -> Material {
@@ -24,14 +23,14 @@ fn stiff_fibres() -> Material {
     }
 }
 
-fn spawn(settings: Settings, membrane: Membrane) -> (Simulation, Entity) {
+fn spawn(settings: Settings, membrane: Membrane) -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..settings }).unwrap();
     let body = simulation.spawn(membrane).unwrap();
     (simulation, body)
 }
 
-fn crumple(simulation: &mut Simulation, body: Entity, size: f64, seed: usize, is_planar: bool) {
-    let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
+fn crumple(simulation: &mut Simulation, body: BodyId, size: f64, seed: usize, is_planar: bool) {
+    let mut vertices = simulation.world().get::<&mut Vertices>(body.entity()).unwrap();
     for (v, x) in vertices.position.iter_mut().enumerate() {
         let by = noises(v, seed) * size;
         *x += if is_planar { by.with_z(0.0) } else { by };
@@ -39,14 +38,14 @@ fn crumple(simulation: &mut Simulation, body: Entity, size: f64, seed: usize, is
 }
 
 /// Steps a body that nothing acts on, and asks that it gains no more than a tenth and what belongs to that, while its mesh stays.
-fn assert_gains_nothing(simulation: &mut Simulation, body: Entity, dt: f64, steps: usize, slack: f64) {
+fn assert_gains_nothing(simulation: &mut Simulation, body: BodyId, dt: f64, steps: usize, slack: f64) {
     let mut start: Option<(f64, Vec<[u32; 3]>)> = None;
     for i in 0..steps {
         let report = simulation.step(dt).unwrap();
         assert!(!report.has_failed);
         let energies = simulation.energies(body).unwrap();
         let energy = energies.elastic + energies.kinetic;
-        let corners = simulation.world().get::<&Triangles>(body).unwrap().corners.clone();
+        let corners = simulation.world().get::<&Triangles>(body.entity()).unwrap().corners.clone();
         match &start {
             Some((before, same)) if *same == corners => {
                 assert!(energy <= 1.112 * (before + slack), "step {i} of {dt} ms: {energy:e} mJ, {before:e} at first");
@@ -164,7 +163,7 @@ fn a_damped_sheet_that_spins_gains_nothing_by_small_turns() {
         let (mut simulation, body) = spawn(Settings::default(), sheet);
         let spin = DVec3::Z * 0.06;
         {
-            let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
+            let mut vertices = simulation.world().get::<&mut Vertices>(body.entity()).unwrap();
             let Vertices { position, velocity, .. } = &mut *vertices;
             for (v, x) in velocity.iter_mut().zip(position) {
                 *v = spin.cross(*x - DVec3::new(2.0, 2.0, 0.0));
@@ -197,7 +196,7 @@ fn a_triangle_beside_held_corners_is_put_outside_an_obstacle_by_no_more_than_twi
                 let centre = DVec3::new(5.0 + 4.0 * by.x, 5.0 + 4.0 * by.y, height);
                 simulation.move_obstacle(obstacle, sphere(centre)).unwrap();
                 simulation.step(0.4).unwrap();
-                let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+                let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
                 let farthest = vertices.position.iter().map(|x| x.length()).fold(0.0, f64::max);
                 assert!(farthest < 1e4, "planar {is_planar}, height {height}, seed {seed}: {farthest:e} mm");
             }
@@ -217,7 +216,9 @@ fn the_corners_of_an_octahedron_stay_where_cuts_would_have_them_slide() {
             TriangleMesh { positions: positions.clone(), triangles: triangles.clone(), ..TriangleMesh::default() };
         let body = Membrane::new("octahedron", mesh, stiff_fibres()).fibres(Fibres::Uniform(DVec3::new(1.0, 2.0, 3.0)));
         let (mut simulation, body) = spawn(Settings::default(), body.with(Tearing::default()));
-        let area = |simulation: &Simulation| measure::total_area(&simulation.world().get::<&Triangles>(body).unwrap());
+        let area = |simulation: &Simulation| {
+            measure::total_area(&simulation.world().get::<&Triangles>(body.entity()).unwrap())
+        };
         let before = area(&simulation);
         for i in 0..4 {
             let at = |k: usize| {
@@ -275,7 +276,7 @@ fn the_ledger_stays_below_its_limit_whatever_the_number_of_corrections() {
                     let now = energy(&simulation);
                     let most = 1.112 * (start + SLACK);
                     assert!(now <= most, "{what}: {now:e} mJ, {start:e} at first");
-                    let ledger = simulation.world().get::<&GuardLedger>(body).unwrap();
+                    let ledger = simulation.world().get::<&GuardLedger>(body.entity()).unwrap();
                     let spurious = ledger.spurious_energy + ledger.unchecked_bound;
                     assert!(spurious <= LEDGER * (most + SLACK), "{what}: {spurious:e} mJ are spurious, of {start:e}");
                 }

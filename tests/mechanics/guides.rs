@@ -1,7 +1,6 @@
 //! Holds along any direction, and clamps that a force draws.
 
 use glam::{DQuat, DVec3};
-use hecs::Entity;
 use rhexis::components::{
     Curve, Damping, EnergyAudit, Fibres, Gravity, Guide, Hold, HoldGuides, HoldTurns, Holds, Material, Path, PointLoad,
     PointLoads, Turning,
@@ -10,7 +9,7 @@ use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Accuracy, Advanced, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, TriangleMesh, Vertices};
+use rhexis::storage::{Attached, BodyId, TriangleMesh, Vertices};
 
 const LENGTH: f64 = 12.0;
 const WIDTH: f64 = 5.0;
@@ -38,8 +37,8 @@ fn simulation(preconditioner: Preconditioner) -> Simulation {
     .unwrap()
 }
 
-fn positions(simulation: &Simulation, body: Entity) -> Vec<DVec3> {
-    simulation.world().get::<&Vertices>(body).unwrap().position.clone()
+fn positions(simulation: &Simulation, body: BodyId) -> Vec<DVec3> {
+    simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone()
 }
 
 fn farthest(a: &[DVec3], b: &[DVec3]) -> f64 {
@@ -177,7 +176,7 @@ fn a_body_that_is_one_clamp_falls_as_a_point() {
     let body = simulation.spawn(sheet).unwrap();
     (0..20).for_each(|_| _ = simulation.step(2.0).unwrap());
     let world = simulation.world();
-    let vertices = world.get::<&Vertices>(body).unwrap();
+    let vertices = world.get::<&Vertices>(body.entity()).unwrap();
     let mass: f64 = vertices.mass.iter().sum();
     let expected = (force / mass + down) * 40.0;
     assert!(vertices.velocity.iter().all(|v| (*v - expected).length() < 1e-9 * expected.length()), "{expected}");
@@ -224,7 +223,7 @@ fn a_clamp_keeps_what_is_cut_and_is_saved() {
     other.restore(&snapshot).unwrap();
     assert_eq!(step(&mut other), hash);
     let world = simulation.world();
-    let vertices = world.get::<&Vertices>(body).unwrap();
+    let vertices = world.get::<&Vertices>(body.entity()).unwrap();
     let gone = |row: usize| vertices.position[row] - vertices.rest_position[row];
     let ends = (0..vertices.len()).filter(|&row| vertices.rest_position[row].x == LENGTH);
     let ends: Vec<DVec3> = ends.map(gone).collect();

@@ -3,13 +3,12 @@
 
 use crate::noise::noises;
 use glam::{DMat3, DVec3};
-use hecs::Entity;
 use rhexis::components::{Curve, Damping, Drag, Fibres, Hold, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Triangles, Vertices};
 
 /// Side of the sheets \[mm\].
 const SIDE: f64 = 10.0;
@@ -20,22 +19,22 @@ fn sheet(cells: usize) -> Membrane {
     Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0))
 }
 
-fn spawn(settings: Settings, membrane: Membrane) -> (Simulation, Entity) {
+fn spawn(settings: Settings, membrane: Membrane) -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..settings }).unwrap();
     let body = simulation.spawn(membrane).unwrap();
     (simulation, body)
 }
 
 /// Sets position and velocity from number and rest position.
-fn set(simulation: &Simulation, body: Entity, motion: impl Fn(usize, DVec3) -> (DVec3, DVec3)) {
-    let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
+fn set(simulation: &Simulation, body: BodyId, motion: impl Fn(usize, DVec3) -> (DVec3, DVec3)) {
+    let mut vertices = simulation.world().get::<&mut Vertices>(body.entity()).unwrap();
     for v in 0..vertices.len() {
         (vertices.position[v], vertices.velocity[v]) = motion(v, vertices.rest_position[v]);
     }
 }
 
-fn positions(simulation: &Simulation, body: Entity) -> Vec<DVec3> {
-    simulation.world().get::<&Vertices>(body).unwrap().position.clone()
+fn positions(simulation: &Simulation, body: BodyId) -> Vec<DVec3> {
+    simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone()
 }
 
 // ---------------------------------------------------------------------------------------------------------------- rest
@@ -47,7 +46,7 @@ fn assert_rests(settings: Settings, membrane: Membrane, dt: f64, steps: usize) {
     for _ in 0..steps {
         simulation.step(dt).unwrap();
     }
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     let moved = start.iter().zip(&vertices.position).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
     assert!(moved == 0.0 && vertices.velocity.iter().all(|v| *v == DVec3::ZERO), "moved by {moved:e} mm at {dt} ms");
 }
@@ -81,8 +80,8 @@ fn for_a_million_steps() {
 // ---------------------------------------------------------------------------------------------------------------- spin
 
 /// About the centre of mass \[g·mm²/ms\].
-fn angular_momentum(simulation: &Simulation, body: Entity) -> DVec3 {
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+fn angular_momentum(simulation: &Simulation, body: BodyId) -> DVec3 {
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     let rows = || vertices.position.iter().zip(&vertices.velocity).zip(&vertices.mass);
     let mass: f64 = vertices.mass.iter().sum();
     let centre = rows().map(|((x, _), m)| *x * *m).sum::<DVec3>() / mass;
@@ -179,7 +178,7 @@ fn noise_on_a_taut_sheet_decays_at_any_time_step() {
             let is_free = |x: DVec3| x.x > 0.0 && x.x < SIDE;
             set(&simulation, body, |v, x| (start[v], if is_free(x) { noises(v, 1) * 1e-6 } else { DVec3::ZERO }));
             let size = |s: &Simulation| {
-                let vertices = s.world().get::<&Vertices>(body).unwrap();
+                let vertices = s.world().get::<&Vertices>(body.entity()).unwrap();
                 vertices.velocity.iter().map(|v| v.length_squared()).sum::<f64>().sqrt()
             };
             let before = size(&simulation);
@@ -237,9 +236,9 @@ impl Collapse {
 }
 
 /// The largest strain of an edge.
-fn edge_strain(simulation: &Simulation, body: Entity) -> f64 {
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
-    let triangles = simulation.world().get::<&Triangles>(body).unwrap();
+fn edge_strain(simulation: &Simulation, body: BodyId) -> f64 {
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
+    let triangles = simulation.world().get::<&Triangles>(body.entity()).unwrap();
     let edges = triangles.corners.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
     let strain = |(a, b): (u32, u32)| {
         let [a, b] = [a as usize, b as usize];
@@ -250,8 +249,8 @@ fn edge_strain(simulation: &Simulation, body: Entity) -> f64 {
 }
 
 /// How far the vertices are from the rest shape moved rigidly in the plane to where the body is \[mm\].
-fn off_rest_shape(simulation: &Simulation, body: Entity) -> f64 {
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+fn off_rest_shape(simulation: &Simulation, body: BodyId) -> f64 {
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     let mean = |of: &[DVec3]| of.iter().sum::<DVec3>() / of.len() as f64;
     let (from, to) = (mean(&vertices.rest_position), mean(&vertices.position));
     let pairs = || vertices.rest_position.iter().zip(&vertices.position).map(|(a, b)| (*a - from, *b - to));

@@ -3,16 +3,15 @@
 
 use crate::noise::noises;
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Curve, Damping, EnergyAudit, Fibres, Gravity, Hold, Jaws, Material, Pose};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Settings};
 use rhexis::simulation::{Grasp, Simulation};
-use rhexis::storage::{Attached, Vertices};
+use rhexis::storage::{Attached, BodyId, Vertices};
 
 /// A sheet at rest, and one that spins by a radian per step of 10 ms about an axis in its plane, each held by a corner and with its audit.
-fn two_sheets(settings: Settings) -> (Simulation, [Entity; 2]) {
+fn two_sheets(settings: Settings) -> (Simulation, [BodyId; 2]) {
     let mut simulation = Simulation::new(settings).unwrap();
     let bodies = ["at rest", "spinning"].map(|name| {
         let mesh = generate::grid(10.0, 10.0, 12, 12).unwrap();
@@ -23,7 +22,7 @@ fn two_sheets(settings: Settings) -> (Simulation, [Entity; 2]) {
         let sheet = sheet.fibres(Fibres::at_degrees(30.0)).hold(hold).with(EnergyAudit::default());
         simulation.spawn(sheet).unwrap()
     });
-    let mut vertices = simulation.world().get::<&mut Vertices>(bodies[1]).unwrap();
+    let mut vertices = simulation.world().get::<&mut Vertices>(bodies[1].entity()).unwrap();
     let Vertices { position, velocity, .. } = &mut *vertices;
     let axis = DVec3::new(0.6, 0.8, 0.0);
     position.iter().zip(velocity).for_each(|(x, u)| *u = axis.cross(*x) * 0.1);
@@ -84,7 +83,7 @@ fn other_bodies_keep_their_bits_and_threads_do_not_matter() {
     let rest = |corrections: u32| {
         let (mut simulation, [rest, _]) = two_sheets(single(corrections));
         (0..6).for_each(|_| assert!(!simulation.step(10.0).unwrap().has_failed));
-        simulation.world().get::<&Vertices>(rest).unwrap().position.clone()
+        simulation.world().get::<&Vertices>(rest.entity()).unwrap().position.clone()
     };
     assert_eq!(rest(0), rest(6));
 }

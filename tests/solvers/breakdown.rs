@@ -1,16 +1,15 @@
 //! Solves that break down have a way out: what single precision cannot hold, and what iterations do not solve.
 
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Hold, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Precision, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Vertices};
+use rhexis::storage::{Attached, BodyId, Vertices};
 
 /// A strip of slivers, ten times as long as wide, whose left end is held and whose right end is drawn by `way` \[mm\] in 10 ms.
-fn strip(material: Material, settings: Settings, way: f64) -> (Simulation, Entity) {
+fn strip(material: Material, settings: Settings, way: f64) -> (Simulation, BodyId) {
     let mesh = generate::grid(10.0, 1.0, 12, 12).unwrap();
     let strip = Membrane::new("strip", mesh, material).fibres(Fibres::at_degrees(20.0));
     let hold = |name: &str, x: f64, to: f64| {
@@ -24,8 +23,8 @@ fn strip(material: Material, settings: Settings, way: f64) -> (Simulation, Entit
     (simulation, body)
 }
 
-fn positions(simulation: &Simulation, body: Entity) -> Vec<DVec3> {
-    simulation.world().get::<&Vertices>(body).unwrap().position.clone()
+fn positions(simulation: &Simulation, body: BodyId) -> Vec<DVec3> {
+    simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone()
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn iterations(run: &mut Run, steps: usize) -> Vec<u32> {
 
 /// Largest distance \[mm\] between the vertices of two runs.
 fn distance(a: &Run, b: &Run) -> f64 {
-    let positions = |run: &Run| run.simulation.world().get::<&Vertices>(run.body).unwrap().position.clone();
+    let positions = |run: &Run| run.simulation.world().get::<&Vertices>(run.body.entity()).unwrap().position.clone();
     let (a, b) = (positions(a), positions(b));
     assert_eq!(a.len(), b.len(), "the same edits");
     a.iter().zip(&b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
@@ -80,7 +80,7 @@ fn a_body_that_turns_keeps_its_factor() {
     let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(45.0)).planar();
     let body = simulation.spawn(sheet).unwrap();
     {
-        let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
+        let mut vertices = simulation.world().get::<&mut Vertices>(body.entity()).unwrap();
         let Vertices { position, velocity, .. } = &mut *vertices;
         position.iter().zip(velocity).for_each(|(x, u)| *u = DVec3::Z.cross(*x - DVec3::new(15.0, 15.0, 0.0)) * 0.01);
     }

@@ -2,13 +2,12 @@
 
 use crate::meshes::{self, Sheet};
 use glam::{DMat3, DVec3};
-use hecs::Entity;
 use rhexis::components::{Curve, Hold, Material, Pressure};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, TriangleMesh, Vertices};
+use rhexis::storage::{Attached, BodyId, TriangleMesh, Vertices};
 use rhexis::systems::solver::{edge_loads, load_block, load_product};
 
 const PRESSURE: f64 = 0.3;
@@ -110,7 +109,7 @@ fn blocks_of_the_load_stiffness_make_its_product() {
 }
 
 /// A rubber ball with a radius of 10 mm that three vertices keep in its place, under a pressure of 0.001 MPa per ms.
-fn ball(preconditioner: Preconditioner) -> (Simulation, Entity) {
+fn ball(preconditioner: Preconditioner) -> (Simulation, BodyId) {
     let Sheet { positions, corners } = meshes::sphere(4);
     let positions = positions.into_iter().map(|p| p * 10.0).collect();
     let mesh = TriangleMesh { positions, triangles: corners, ..TriangleMesh::default() };
@@ -133,8 +132,8 @@ fn ball(preconditioner: Preconditioner) -> (Simulation, Entity) {
 }
 
 /// The radius of the ball \[mm\] as a multiple of its own.
-fn stretch(simulation: &Simulation, body: Entity) -> f64 {
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+fn stretch(simulation: &Simulation, body: BodyId) -> f64 {
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     let centre = vertices.position.iter().sum::<DVec3>() / vertices.len() as f64;
     let radii = vertices.position.iter().map(|p| p.distance(centre));
     radii.sum::<f64>() / vertices.len() as f64 / 10.0

@@ -2,24 +2,23 @@
 
 use crate::common::{GRIP_SPEED, Square, state_bits};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Hold, Material, Pressure};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Vertices};
+use rhexis::storage::{Attached, BodyId, Vertices};
 
 fn with(preconditioner: Preconditioner) -> Settings {
     Settings { threads: 1, advanced: Advanced { preconditioner, ..Advanced::default() }, ..Settings::default() }
 }
 
-fn positions(simulation: &Simulation, body: Entity) -> Vec<DVec3> {
-    simulation.world().get::<&Vertices>(body).unwrap().position.clone()
+fn positions(simulation: &Simulation, body: BodyId) -> Vec<DVec3> {
+    simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone()
 }
 
 /// The largest distance \[mm\] between two equilibria, one per preconditioner, and the linear iterations each took.
-fn compare(solve: impl Fn(Settings) -> (Simulation, Entity)) -> (f64, [u32; 2]) {
+fn compare(solve: impl Fn(Settings) -> (Simulation, BodyId)) -> (f64, [u32; 2]) {
     let [a, b] = [Preconditioner::BlockJacobi, Preconditioner::Cholesky].map(|preconditioner| {
         let (simulation, body) = solve(with(preconditioner));
         (positions(&simulation, body), simulation.report().bodies[0].iterations)
@@ -43,7 +42,7 @@ fn held(membrane: &Membrane, name: &str, at: impl Fn(DVec3) -> bool, offset: DVe
 }
 
 /// A square of 30 mm pulled by 10 %, fibres at 45°.
-fn taut(settings: Settings, is_planar: bool) -> (Simulation, Entity) {
+fn taut(settings: Settings, is_planar: bool) -> (Simulation, BodyId) {
     let mesh = generate::grid(30.0, 30.0, 20, 16).unwrap();
     let mut square = Membrane::new("square", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(45.0));
     if is_planar {

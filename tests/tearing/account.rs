@@ -2,17 +2,17 @@
 
 use crate::common::{DT, SIDE, Square};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{EnergyAudit, EnergyCriterion, Grip, Grips, Jaws, Path, TearLog, Toughness};
 use rhexis::event::{Event, EventKind, TearCost};
 use rhexis::report::{TearAccount, TearSpan};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
+use rhexis::storage::BodyId;
 
 /// A square while it is torn, and what its account has told.
 struct Torn {
     simulation: Simulation,
-    body: Entity,
+    body: BodyId,
     account: TearAccount,
     events: Vec<Event>,
     spans: Vec<TearSpan>,
@@ -65,7 +65,7 @@ impl Torn {
     }
 
     fn log(&self) -> TearLog {
-        (*self.simulation.world().get::<&TearLog>(self.body).unwrap()).clone()
+        (*self.simulation.world().get::<&TearLog>(self.body.entity()).unwrap()).clone()
     }
 }
 
@@ -186,7 +186,7 @@ fn the_jump_of_a_grips_force_is_that_over_the_steps_of_advances() {
     for _ in 0..120 {
         let advances = torn.step();
         let world = torn.simulation.world();
-        let now = world.get::<&Grips>(torn.body).unwrap().pinches[0].force;
+        let now = world.get::<&Grips>(torn.body.entity()).unwrap().pinches[0].force;
         if let (true, Some(before)) = (advances || has_advanced, before) {
             largest = Some(largest.unwrap_or(0.0).max(before.distance(now)));
         }

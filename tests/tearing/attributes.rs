@@ -4,12 +4,11 @@
 use crate::common::{NOTCH, Run, SIDE, Square};
 use crate::meshes::{self, Random};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Attributes, Channel, Material, Refinement};
 use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::Settings;
 use rhexis::simulation::{SetError, Simulation};
-use rhexis::storage::TriangleMesh;
+use rhexis::storage::{BodyId, TriangleMesh};
 
 /// A linear function with three numbers.
 fn linear(p: DVec3) -> [f64; 3] {
@@ -21,7 +20,7 @@ fn of(positions: &[DVec3]) -> Attributes {
 }
 
 /// The largest difference from the linear function.
-fn off(simulation: &mut Simulation, body: Entity) -> f64 {
+fn off(simulation: &mut Simulation, body: BodyId) -> f64 {
     let view = simulation.view(body).unwrap();
     let attributes = view.attributes.unwrap();
     assert_eq!(attributes.len(), view.positions.len());
@@ -115,7 +114,7 @@ fn a_long_list_of_changes_that_nobody_drains_loses_no_attributes() {
     let mut run = Square::new([12, 10], 0.0).spawn(settings());
     let attributes = of(&run.vertices().rest_position);
     run.simulation.set(run.body, attributes).unwrap();
-    run.simulation.world_mut().insert_one(run.body, rhexis::components::Changes::default()).unwrap();
+    run.simulation.world_mut().insert_one(run.body.entity(), rhexis::components::Changes::default()).unwrap();
     let before = run.vertices().len();
     for i in 1..12 {
         let x = SIDE * f64::from(i) / 12.0 + 0.3;
@@ -130,7 +129,7 @@ fn attributes_are_judged_at_every_door() {
     let square = Square::new([4, 4], 0.0);
     let spawn = |attributes: Attributes| {
         let mut simulation = Simulation::new(settings()).unwrap();
-        let result: Result<Entity, BodyError> = simulation.spawn(square.membrane().with(attributes));
+        let result: Result<BodyId, BodyError> = simulation.spawn(square.membrane().with(attributes));
         result.map(|body| (simulation, body))
     };
     let count = square.membrane().mesh().positions.len();
@@ -146,7 +145,7 @@ fn attributes_are_judged_at_every_door() {
     let error = simulation.set(body, beyond).unwrap_err();
     assert!(matches!(error, SetError::Rejected(_)), "{error}");
     // Past the calls.
-    simulation.world_mut().insert_one(body, bad).unwrap();
+    simulation.world_mut().insert_one(body.entity(), bad).unwrap();
     let error = simulation.step(10.0).unwrap_err().to_string();
     assert!(error.contains("body `square`: Attributes: a number at vertex 3"), "{error}");
     assert!(simulation.unset::<Attributes>(body).unwrap());

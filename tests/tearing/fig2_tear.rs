@@ -55,7 +55,7 @@ fn fibres_at_45_degrees_lead_the_tear_into_the_left_grip_whose_split_vertex_stay
     let u = run.simulation.time() * GRIP_SPEED;
     let vertices = run.vertices();
     let world = run.simulation.world();
-    let holds = world.get::<&Holds>(run.body).unwrap();
+    let holds = world.get::<&Holds>(run.body.entity()).unwrap();
     let mut copies = 0;
     for (row, rest) in vertices.rest_position.iter().enumerate() {
         if rest.x == 0.0 {

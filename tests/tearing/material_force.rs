@@ -2,7 +2,6 @@
 //! J where that is known.
 
 use glam::{DQuat, DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{
     Bending, Curve, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Hold, Material, PointLoad, PointLoads, PreStretch,
     StiffeningFibres, Tearing, Toughness,
@@ -12,7 +11,7 @@ use rhexis::math::{FibreLaw, Sym2};
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Tips, Topology, TriangleMesh, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Tips, Topology, TriangleMesh, Triangles, Vertices};
 use rhexis::systems::fracture::{EnergyTerms, MaterialForce, ShiftedDisc, Surface, TipMemory, Walk};
 
 const FIBRES: StiffeningFibres = StiffeningFibres { k1: 2.0, k2: 5.0 };
@@ -20,7 +19,7 @@ const FIBRES: StiffeningFibres = StiffeningFibres { k1: 2.0, k2: 5.0 };
 /// What every test asks of: the tip of a body, with its rest shape and its positions.
 struct Torn {
     simulation: Simulation,
-    body: Entity,
+    body: BodyId,
     unstretched: Sym2,
     fibres: Option<StiffeningFibres>,
     bending: Option<Bending>,
@@ -29,10 +28,10 @@ struct Torn {
 impl Torn {
     fn force(&self, radius: f64, moved: impl Fn(DVec3) -> DVec3) -> ([DVec3; 2], MaterialForce) {
         let world = self.simulation.world();
-        let mut vertices = (*world.get::<&Vertices>(self.body).unwrap()).clone();
+        let mut vertices = (*world.get::<&Vertices>(self.body.entity()).unwrap()).clone();
         vertices.position.iter_mut().for_each(|p| *p = moved(*p));
         let (triangles, topology) =
-            (world.get::<&Triangles>(self.body).unwrap(), world.get::<&Topology>(self.body).unwrap());
+            (world.get::<&Triangles>(self.body.entity()).unwrap(), world.get::<&Topology>(self.body.entity()).unwrap());
         let surface = Surface {
             vertices: &vertices,
             triangles: &triangles,
@@ -42,7 +41,7 @@ impl Torn {
             fibres: self.fibres.map(FibreLaw::Stiffening),
             bending: self.bending.as_ref(),
         };
-        let vertex = world.get::<&Tips>(self.body).unwrap().vertex[0];
+        let vertex = world.get::<&Tips>(self.body.entity()).unwrap().vertex[0];
         let axes = surface.chart(vertex).unwrap().axes();
         let (mut disc, mut walk) = (ShiftedDisc::default(), Walk::default());
         let start = topology.incident[vertex as usize].iter().map(|entry| entry / 3);
@@ -89,7 +88,8 @@ fn notched(
     let (axes, _) = torn.force(radius, |p| p);
     // The torn mesh as a mesh of its own, its rest positions shifted by q·d·da.
     let world = torn.simulation.world();
-    let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
+    let (vertices, triangles) =
+        (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Triangles>(body.entity()).unwrap());
     let energy = |d: DVec3, da: f64| {
         let shifted = |p: &DVec3| *p + d * (da * ((1.0 - p.distance(centre) / radius) / 0.6).clamp(0.0, 1.0));
         let positions_at_rest = vertices.rest_position.iter().map(shifted).collect();
@@ -209,9 +209,9 @@ fn is_the_j_of_a_plane_crack_on_any_disc() {
     // The ring's J is met by it to 1 % (`rhexis verify tear-load`).
     let world = torn.simulation.world();
     let (vertices, triangles, topology) = (
-        world.get::<&Vertices>(torn.body).unwrap(),
-        world.get::<&Triangles>(torn.body).unwrap(),
-        world.get::<&Topology>(torn.body).unwrap(),
+        world.get::<&Vertices>(torn.body.entity()).unwrap(),
+        world.get::<&Triangles>(torn.body.entity()).unwrap(),
+        world.get::<&Topology>(torn.body.entity()).unwrap(),
     );
     let surface = Surface {
         vertices: &vertices,
@@ -225,7 +225,7 @@ fn is_the_j_of_a_plane_crack_on_any_disc() {
     let tearing = Tearing { radius: 0.5, ..Tearing::default() };
     let energy = EnergyCriterion { ring: 4.0, ..EnergyCriterion::new(Toughness { along: 1.0, across: 1.0 }) };
     let terms = EnergyTerms { tearing: &tearing, energy: &energy };
-    let vertex = world.get::<&Tips>(torn.body).unwrap().vertex[0];
+    let vertex = world.get::<&Tips>(torn.body.entity()).unwrap().vertex[0];
     let wanted = terms.contour(&surface, (0, vertex), &mut TipMemory::default()).unwrap().release;
     for radius in [0.8, 1.0, 1.5, 2.0, 3.0] {
         let found = torn.release(radius);

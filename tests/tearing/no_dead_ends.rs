@@ -25,8 +25,8 @@ fn strong(radius: f64) -> Tearing {
 
 fn tips(run: &Run) -> Vec<DVec3> {
     let world = run.simulation.world();
-    let vertices = world.get::<&rhexis::storage::Vertices>(run.body).unwrap();
-    world.get::<&Tips>(run.body).unwrap().vertex.iter().map(|&v| vertices.rest_position[v as usize]).collect()
+    let vertices = world.get::<&rhexis::storage::Vertices>(run.body.entity()).unwrap();
+    world.get::<&Tips>(run.body.entity()).unwrap().vertex.iter().map(|&v| vertices.rest_position[v as usize]).collect()
 }
 
 /// Steps until `is_done`, which need not come.

@@ -2,7 +2,6 @@
 
 use crate::common::{NOTCH, SIDE, Square};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{
     Curve, EnergyCriterion, Hold, HolzapfelGasserOgden, Material, PreStretch, Refinement, TearLog, Tearing, Toughness,
 };
@@ -11,10 +10,10 @@ use rhexis::math::{GroundSubstance, Sym2};
 use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Triangles, Vertices};
 
 /// A square drawn apart by steps of 10 ms.
-fn run(membrane: Membrane, is_cut: bool, steps: usize) -> (Simulation, Entity) {
+fn run(membrane: Membrane, is_cut: bool, steps: usize) -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
     let body = simulation.spawn(membrane).unwrap();
     if is_cut {
@@ -24,12 +23,12 @@ fn run(membrane: Membrane, is_cut: bool, steps: usize) -> (Simulation, Entity) {
     (simulation, body)
 }
 
-fn positions(simulation: &Simulation, body: Entity) -> Vec<DVec3> {
-    simulation.world().get::<&Vertices>(body).unwrap().position.clone()
+fn positions(simulation: &Simulation, body: BodyId) -> Vec<DVec3> {
+    simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone()
 }
 
-fn length(simulation: &Simulation, body: Entity) -> f64 {
-    simulation.world().get::<&TearLog>(body).unwrap().length
+fn length(simulation: &Simulation, body: BodyId) -> f64 {
+    simulation.world().get::<&TearLog>(body.entity()).unwrap().length
 }
 
 /// Powers of two change no digits: the same factor everywhere is the body's own strength, bit for bit, on every way to a tear.
@@ -79,9 +78,9 @@ fn a_tear_follows_a_seam_and_children_inherit() {
     let aside = |membrane: Membrane| {
         let (simulation, body) = run(membrane, true, 90);
         let world = simulation.world();
-        let tips = world.get::<&rhexis::storage::Tips>(body).unwrap();
-        let vertices = world.get::<&Vertices>(body).unwrap();
-        let triangles = world.get::<&Triangles>(body).unwrap();
+        let tips = world.get::<&rhexis::storage::Tips>(body.entity()).unwrap();
+        let vertices = world.get::<&Vertices>(body.entity()).unwrap();
+        let triangles = world.get::<&Triangles>(body.entity()).unwrap();
         let ends: Vec<DVec3> = tips.vertex.iter().map(|&v| vertices.rest_position[v as usize]).collect();
         let kinds = (0..triangles.len()).map(|t| (triangles.strength[t], triangles.rest[t].area)).collect::<Vec<_>>();
         (ends, length(&simulation, body), kinds)
@@ -107,7 +106,7 @@ fn the_account_knows_what_was_cut() {
     square.tearing.max_tear_speed = 1.0;
     let membrane = square.membrane().with(EnergyCriterion::new(tough)).toughnesses(vec![0.3; 2 * 15 * 12]);
     let (simulation, body) = run(membrane, true, 60);
-    let log = simulation.world().get::<&TearLog>(body).unwrap();
+    let log = simulation.world().get::<&TearLog>(body.entity()).unwrap();
     assert!(log.length > 2.0);
     // Sums of some tens of advances.
     let expected = log.area * 0.3 * 0.02;

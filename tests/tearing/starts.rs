@@ -2,7 +2,6 @@
 //! what stays above the strength stays for want of energy.
 
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{
     Curve, EnergyCriterion, Fibres, Hold, Material, TearDecision, TearLog, TearSite, Tearing, Toughness,
 };
@@ -12,7 +11,7 @@ use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Tips, Topology, TriangleMesh, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Tips, Topology, TriangleMesh, Triangles, Vertices};
 use rhexis::systems::fracture::{
     CoupledCriterion, Disc, EnergyTerms, Surface, TipMemory, Walk, decision, disc_average, strength, vertex_decision,
 };
@@ -28,7 +27,7 @@ fn even(toughness: f64) -> EnergyCriterion {
 }
 
 /// A sheet about the origin between grips at x = ±`half` \[mm\], which go apart by 1 mm each in 1 ms.
-fn pulled(mesh: TriangleMesh, half: f64, strength: f64, energy: Option<EnergyCriterion>) -> (Simulation, Entity) {
+fn pulled(mesh: TriangleMesh, half: f64, strength: f64, energy: Option<EnergyCriterion>) -> (Simulation, BodyId) {
     let tearing = Tearing {
         strength_across_fibres: strength,
         strength_along_fibres: strength,
@@ -61,13 +60,13 @@ fn plate(width: f64, height: f64, cells: f64) -> TriangleMesh {
 }
 
 /// Runs `work` on the surface of a body with its tearing.
-fn with_surface<T>(simulation: &Simulation, body: Entity, work: impl FnOnce(&Surface, &Tearing) -> T) -> T {
+fn with_surface<T>(simulation: &Simulation, body: BodyId, work: impl FnOnce(&Surface, &Tearing) -> T) -> T {
     let world = simulation.world();
     let (vertices, triangles, topology, tearing) = (
-        world.get::<&Vertices>(body).unwrap(),
-        world.get::<&Triangles>(body).unwrap(),
-        world.get::<&Topology>(body).unwrap(),
-        world.get::<&Tearing>(body).unwrap(),
+        world.get::<&Vertices>(body.entity()).unwrap(),
+        world.get::<&Triangles>(body.entity()).unwrap(),
+        world.get::<&Topology>(body.entity()).unwrap(),
+        world.get::<&Tearing>(body.entity()).unwrap(),
     );
     let surface = Surface {
         vertices: &vertices,
@@ -168,8 +167,8 @@ fn opening_a_start_releases_what_its_trial_says() {
 
 /// Places 2R and more from tips and grips with both conditions, among all triangles and vertices of the boundary, and those with the
 /// strength alone.
-fn counted(simulation: &Simulation, body: Entity, energy: &EnergyCriterion, half: f64) -> [usize; 2] {
-    let tips: Vec<u32> = simulation.world().get::<&Tips>(body).unwrap().vertex.clone();
+fn counted(simulation: &Simulation, body: BodyId, energy: &EnergyCriterion, half: f64) -> [usize; 2] {
+    let tips: Vec<u32> = simulation.world().get::<&Tips>(body.entity()).unwrap().vertex.clone();
     with_surface(simulation, body, |surface, tearing| {
         let rest = &surface.vertices.rest_position;
         let is_far = |p: DVec3| {
@@ -211,7 +210,7 @@ fn drawn(mesh: TriangleMesh, half: f64, energy: EnergyCriterion, strains: (f64, 
         assert_eq!(both, 0, "at step {i}, after {starts} starts");
         strong += alone;
     }
-    let blocked = simulation.world().get::<&TearLog>(body).unwrap().blocked_nucleation_count;
+    let blocked = simulation.world().get::<&TearLog>(body.entity()).unwrap().blocked_nucleation_count;
     (starts, strong, blocked)
 }
 
@@ -249,7 +248,7 @@ fn a_nucleation_blocked_by_energy_is_counted_and_told_once() {
             _ => None,
         }));
     }
-    let log = simulation.world().get::<&TearLog>(body).unwrap();
+    let log = simulation.world().get::<&TearLog>(body.entity()).unwrap();
     assert_eq!((log.nucleation_count, told.len()), (0, 1));
     assert!((3..=6).contains(&log.blocked_nucleation_count), "{}", log.blocked_nucleation_count);
     let blocked = told[0];

@@ -33,8 +33,8 @@ fn spawn(square: &Square, membrane: Membrane, settings: Settings, u: f64) -> Run
     }
     let events = simulation.drain_events().collect();
     let world = simulation.world();
-    let area = measure::total_area(&world.get::<&rhexis::storage::Triangles>(body).unwrap());
-    let mass = measure::total_mass(&world.get::<&rhexis::storage::Vertices>(body).unwrap());
+    let area = measure::total_area(&world.get::<&rhexis::storage::Triangles>(body.entity()).unwrap());
+    let mass = measure::total_mass(&world.get::<&rhexis::storage::Vertices>(body.entity()).unwrap());
     let mut run = Run { simulation, body, events, area, mass };
     run.stretch_to(u);
     run
@@ -45,7 +45,7 @@ fn of_kind(run: &Run, is_wanted: impl Fn(&EventKind) -> bool) -> Vec<&Event> {
 }
 
 fn tip_count(run: &Run) -> usize {
-    run.simulation.world().get::<&Tips>(run.body).unwrap().len()
+    run.simulation.world().get::<&Tips>(run.body.entity()).unwrap().len()
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn a_cut_through_a_tip_ends_it() {
     // The slit goes through the notch's end, or into it: whichever, no tip stays behind on a lip.
     assert!(run.log().end_count > 0, "{:?}", run.events);
     let world = run.simulation.world();
-    let tips = world.get::<&Tips>(run.body).unwrap();
+    let tips = world.get::<&Tips>(run.body.entity()).unwrap();
     for &vertex in &tips.vertex {
         assert!(run.vertices().rest_position[vertex as usize].distance(mm(15.0, 22.0)) > 1.0);
     }
@@ -268,7 +268,8 @@ fn resumes_beyond_those_needed_change_nothing() {
         for _ in 0..3 {
             run.step();
             was_cut_short |= run.simulation.report().bodies[0].is_tear_cut_short;
-            let tips = run.simulation.world().get::<&Tips>(run.body).map(|tips| tips.advance_budget.clone()).unwrap();
+            let tips =
+                run.simulation.world().get::<&Tips>(run.body.entity()).map(|tips| tips.advance_budget.clone()).unwrap();
             // What is saved up for a triangle, and one step more.
             assert!(tips.iter().all(|&left| left <= 0.5 * DT + 2.0 * square.edge()), "{tips:?}");
         }

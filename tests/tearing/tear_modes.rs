@@ -8,7 +8,7 @@ use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::Attached;
+use rhexis::storage::{Attached, BodyId};
 
 const TIP: DVec2 = DVec2::new(15.0, 27.0);
 
@@ -176,7 +176,7 @@ const THIN: DVec3 = DVec3::new(12.0, 14.0, 0.0);
 const THIN_RADIUS: f64 = 4.0;
 
 /// A sheet of isotropic tissue under uniform uniaxial tension: only x is held at its ends, and y at one corner.
-fn uniform_sheet(is_graded: bool) -> (Simulation, hecs::Entity) {
+fn uniform_sheet(is_graded: bool) -> (Simulation, BodyId) {
     let mesh = generate::grid(SIDE, SIDE, 20, 16).unwrap();
     let tearing = Tearing {
         may_initiate: true,
@@ -229,7 +229,7 @@ fn a_tear_starts_with_two_tips_in_the_thin_part_of_a_sheet() {
     let (mut simulation, body) = uniform_sheet(true);
     simulation.settle(0.7 / common::GRIP_SPEED, 1e-8).unwrap();
     let mut events: Vec<Event> = Vec::new();
-    let advance_count = |s: &Simulation| s.world().get::<&TearLog>(body).unwrap().advance_count;
+    let advance_count = |s: &Simulation| s.world().get::<&TearLog>(body.entity()).unwrap().advance_count;
     while advance_count(&simulation) < 2 && simulation.time() < 330.0 {
         // So slowly that the tear runs before the rest of the sheet is loaded beyond its strength.
         simulation.step(1.0).unwrap();

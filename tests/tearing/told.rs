@@ -37,7 +37,7 @@ fn decisions_by_the_material_force_are_counted_by_reason() {
     let coarse = Square { tearing: Tearing { radius: 0.9, ..Tearing::default() }, ..Square::isotropic([30, 30]) };
     let mut run = coarse.spawn(Settings { threads: 1, ..Settings::default() });
     let tough = EnergyCriterion::new(Toughness { along: 1e3, across: 1e3 });
-    run.simulation.world_mut().insert_one(run.body, tough).unwrap();
+    run.simulation.world_mut().insert_one(run.body.entity(), tough).unwrap();
     run.simulation.cut(run.body, &[DVec3::new(15.0, 27.0, 0.0), DVec3::new(15.0, 21.0, 0.0)]).unwrap();
     (0..7).for_each(|_| _ = run.simulation.step(1.0).unwrap());
     let log = run.log();

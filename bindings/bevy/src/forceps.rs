@@ -7,8 +7,8 @@ use bevy::ecs::prelude::*;
 use bevy::prelude::{GlobalTransform, Name, Transform};
 use rhexis::components::{Grasp, Jaws, Pose};
 use rhexis::glam::DVec3;
-use rhexis::hecs;
 use rhexis::simulation::{Simulation, ToolError};
+use rhexis::storage::ForcepsId;
 
 /// Forceps at an entity's transform. What they hold follows the transform evenly over the steps of a frame.
 #[derive(Component, Clone, Debug)]
@@ -32,7 +32,7 @@ impl Forceps {
 /// What forceps hold and feel.
 #[derive(Component, Clone, Debug, Default)]
 pub struct ForcepsState {
-    tool: Option<hecs::Entity>,
+    tool: Option<ForcepsId>,
     pose: Option<Pose>,
     is_lost: bool,
     is_refused: bool,
@@ -46,7 +46,7 @@ pub struct ForcepsState {
 
 impl ForcepsState {
     /// The forceps in the engine, for its calls; `None` before they are there.
-    pub fn tool(&self) -> Option<hecs::Entity> {
+    pub fn tool(&self) -> Option<ForcepsId> {
         self.tool
     }
 
@@ -154,7 +154,7 @@ pub(crate) fn feel(simulation: &Simulation, tools: &mut Query<Tools>) {
     for (_, mut forceps, mut state, ..) in tools.iter_mut() {
         let Some(tool) = state.tool.and_then(|tool| simulation.forceps(tool).ok()) else { continue };
         (state.force, state.torque) = (tool.force, tool.torque);
-        let holds = tool.body.is_some_and(|body| simulation.world().contains(body));
+        let holds = tool.body.is_some_and(|body| simulation.world().contains(body.entity()));
         if state.tissue.is_some() && !holds {
             state.tissue = None;
             forceps.is_closed = false;

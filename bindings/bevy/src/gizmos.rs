@@ -8,8 +8,8 @@ use bevy::gizmos::config::GizmoConfigGroup;
 use bevy::gizmos::gizmos::Gizmos;
 use bevy::reflect::Reflect;
 use rhexis::glam::DVec3;
-use rhexis::hecs;
 use rhexis::simulation::{BodyView, DebugLine, DebugLines, Simulation, SimulationError};
+use rhexis::storage::BodyId;
 
 /// The group of the plugin's lines, for their width and depth.
 #[derive(Default, Reflect, GizmoConfigGroup)]
@@ -74,7 +74,7 @@ pub(crate) fn draw(
 /// Where there is no such body.
 pub fn material_forces(
     simulation: &mut Simulation,
-    body: hecs::Entity,
+    body: BodyId,
     length: f64,
 ) -> Result<Vec<[DVec3; 2]>, SimulationError> {
     let forces = simulation.material_forces(body)?;

@@ -6,8 +6,8 @@ use bevy::ecs::component::Component;
 use bevy::mesh::{Indices, Mesh, MeshAccessError, MeshVertexAttribute, PrimitiveTopology, VertexAttributeValues};
 use rhexis::components::{Attributes, ChangeSet, Channel, Sleeping};
 use rhexis::glam::DVec3;
-use rhexis::hecs;
 use rhexis::simulation::normals;
+use rhexis::storage::BodyId;
 use std::ops::Range;
 
 /// What has been written into a tissue's mesh so far, counted in elements.
@@ -50,13 +50,13 @@ pub(crate) fn empty() -> Mesh {
 
 impl MeshUpdates {
     /// What the mesh is to show, unless it does already.
-    pub(crate) fn due(&mut self, world: &mut RhexisWorld, body: hecs::Entity, mesh: AssetId<Mesh>) -> Option<Shown> {
+    pub(crate) fn due(&mut self, world: &mut RhexisWorld, body: BodyId, mesh: AssetId<Mesh>) -> Option<Shown> {
         // A body that is gone is seen elsewhere.
         world.quietly().drain_changes(body, &mut self.changes).ok()?;
         let is_another = self.shown.is_some_and(|shown| shown.mesh != mesh);
         self.changes.is_whole |= self.is_behind || is_another;
         let simulation = world.simulation();
-        let is_asleep = simulation.world().get::<&Sleeping>(body).is_ok_and(|sleeping| sleeping.is_asleep());
+        let is_asleep = simulation.world().get::<&Sleeping>(body.entity()).is_ok_and(|sleeping| sleeping.is_asleep());
         let behind = if is_asleep { 0.0 } else { world.behind() };
         let now = Shown { mesh, step: simulation.report().step, behind, revision: world.revision(), is_asleep };
         let is_same = self.shown.is_some_and(|shown| {
@@ -75,7 +75,7 @@ impl MeshUpdates {
     pub(crate) fn write(
         &mut self,
         world: &mut RhexisWorld,
-        body: hecs::Entity,
+        body: BodyId,
         mesh: &mut Mesh,
         has_normals: bool,
         now: Shown,

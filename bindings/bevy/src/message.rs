@@ -22,7 +22,7 @@ pub struct TissueGone {
     /// The entity that showed it.
     pub tissue: Entity,
     /// The body that there was.
-    pub body: rhexis::hecs::Entity,
+    pub body: rhexis::storage::BodyId,
 }
 
 /// Something that was refused; nothing else has changed. Its text names the entity and the remedy.

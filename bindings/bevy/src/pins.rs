@@ -7,9 +7,8 @@ use bevy::ecs::prelude::*;
 use bevy::prelude::{GlobalTransform, Name, Transform};
 use rhexis::components::{Holds, Pose};
 use rhexis::glam::DVec3;
-use rhexis::hecs;
 use rhexis::simulation::Simulation;
-use rhexis::storage::VertexKey;
+use rhexis::storage::{BodyId, VertexKey};
 use std::sync::Arc;
 
 /// Vertices of a tissue that move with an entity's transform, as if they were nailed to it. Pins that are refused are taken off.
@@ -62,7 +61,7 @@ pub struct PinsState {
 
 #[derive(Clone, Debug)]
 struct Held {
-    body: hecs::Entity,
+    body: BodyId,
     name: String,
     pose: Pose,
     target: Pose,
@@ -111,7 +110,7 @@ pub(crate) fn aim(
 
 fn hold(
     simulation: &mut Simulation,
-    body: hecs::Entity,
+    body: BodyId,
     entity: Entity,
     pins: &Pins,
     pose: Pose,
@@ -139,8 +138,8 @@ fn hold(
 }
 
 /// A name that no hold of the body has.
-fn free_name(simulation: &Simulation, body: hecs::Entity, name: &str, entity: Entity) -> String {
-    let holds = simulation.world().get::<&Holds>(body);
+fn free_name(simulation: &Simulation, body: BodyId, name: &str, entity: Entity) -> String {
+    let holds = simulation.world().get::<&Holds>(body.entity());
     let is_taken = holds.is_ok_and(|holds| {
         holds.groups.iter().any(|hold| hold.name == name && !(hold.is_pin() && hold.members.rows().is_empty()))
     });

@@ -8,9 +8,9 @@ use bevy::ecs::prelude::*;
 use bevy::mesh::{Mesh, Mesh3d};
 use bevy::prelude::{Name, Transform};
 use rhexis::components::Changes;
-use rhexis::hecs;
 use rhexis::membrane::Membrane;
 use rhexis::simulation::{Simulation, SimulationError};
+use rhexis::storage::BodyId;
 
 /// A membrane of the engine, shown by a [`Mesh3d`] that the plugin makes and keeps in step. Its transform is the plugin's
 /// [`Space`](crate::Space).
@@ -23,7 +23,7 @@ pub struct Tissue {
 
 enum Source {
     Membrane(Box<Membrane>),
-    Body(hecs::Entity),
+    Body(BodyId),
     Taken,
 }
 
@@ -34,7 +34,7 @@ impl Tissue {
     }
 
     /// A body that is in the engine already: of a scene, a snapshot or a call.
-    pub fn of_body(body: hecs::Entity) -> Self {
+    pub fn of_body(body: BodyId) -> Self {
         Self { source: Source::Body(body), has_normals: true }
     }
 
@@ -51,11 +51,11 @@ impl Tissue {
 
 /// The body of a [`Tissue`], once the engine has taken it. Without it the tissue was refused.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TissueBody(hecs::Entity);
+pub struct TissueBody(BodyId);
 
 impl TissueBody {
     /// The body, for calls of the engine.
-    pub fn body(&self) -> hecs::Entity {
+    pub fn body(&self) -> BodyId {
         self.0
     }
 }
@@ -93,10 +93,10 @@ pub(crate) fn spawn(
 }
 
 /// Has the changes of a body's mesh noted.
-fn adopt(simulation: &mut Simulation, body: hecs::Entity) -> Result<hecs::Entity, SimulationError> {
+fn adopt(simulation: &mut Simulation, body: BodyId) -> Result<BodyId, SimulationError> {
     // Whoever asked for changes before has had them: a new list says that all is new.
     let is_there = simulation.view(body).is_ok();
-    let noted = is_there && simulation.world_mut().insert_one(body, Changes::default()).is_ok();
+    let noted = is_there && simulation.world_mut().insert_one(body.entity(), Changes::default()).is_ok();
     if noted { Ok(body) } else { Err(SimulationError::NoSuchBody) }
 }
 
@@ -108,7 +108,7 @@ pub(crate) fn see_gone(
     mut gone: MessageWriter<TissueGone>,
 ) {
     for (tissue, body) in &tissues {
-        if !world.simulation().world().contains(body.0) {
+        if !world.simulation().world().contains(body.0.entity()) {
             gone.write(TissueGone { tissue, body: body.0 });
             commands.entity(tissue).try_despawn();
         }

@@ -5,8 +5,8 @@ use crate::pointer::{In, Out, Text};
 use crate::status::{Answer, Failure, RhexisStatus, call, refused};
 use crate::types::*;
 use crate::world::{World, with};
-use hecs::Entity;
 use rhexis::simulation::{Coupling, HapticBlend, HapticModel, HapticReceiver, HapticSender, Haptics, haptic_feed};
+use rhexis::storage::{BodyId, ForcepsId};
 
 static MAKERS: Table<Maker> = Table::new(Kind::Haptics);
 static RECEIVERS: Table<Receiver> = Table::new(Kind::Receiver);
@@ -47,7 +47,7 @@ pub extern "C" fn rhexis_haptics_destroy(haptics: RhexisHaptics) -> RhexisStatus
     call(|| MAKERS.remove(haptics.bits))
 }
 
-fn coupling(world: &mut World, forceps: Entity) -> Answer<(Entity, Coupling)> {
+fn coupling(world: &mut World, forceps: ForcepsId) -> Answer<(BodyId, Coupling)> {
     let simulation = world.simulation();
     let body = simulation.forceps(forceps).map_err(refused)?.body;
     let body = body.ok_or_else(|| refused("the forceps hold nothing: close them first"))?;
@@ -80,7 +80,7 @@ pub extern "C" fn rhexis_haptics_model(
     model: Out<RhexisHapticModel>,
 ) -> RhexisStatus {
     make((haptics, world), model, |world, haptics| {
-        let forceps = world.entity(forceps)?;
+        let forceps = ForcepsId::from(world.entity(forceps)?);
         let (body, coupling) = coupling(world, forceps)?;
         haptics.model(world.simulation(), body, &coupling).map_err(refused)
     })
@@ -95,7 +95,7 @@ pub extern "C" fn rhexis_haptics_refresh(
     model: Out<RhexisHapticModel>,
 ) -> RhexisStatus {
     make((haptics, world), model, |world, haptics| {
-        let forceps = world.entity(forceps)?;
+        let forceps = ForcepsId::from(world.entity(forceps)?);
         let (body, coupling) = coupling(world, forceps)?;
         haptics.refresh(world.simulation(), body, &coupling).map_err(refused)
     })

@@ -5,9 +5,9 @@ use crate::status::{Answer, Failure, RhexisStatus, call, refused};
 use crate::types::*;
 use crate::world::{World, with};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{ChangeSet, Changes};
 use rhexis::simulation::BodyView;
+use rhexis::storage::BodyId;
 use slotmap::Key;
 use std::ops::Range;
 
@@ -74,7 +74,7 @@ fn show<V: Copy>(
 
 fn borrowed<V>(
     world: &mut World,
-    body: Entity,
+    body: BodyId,
     look: impl FnOnce(&BodyView<'_>, &mut Shown) -> Answer<V>,
 ) -> Answer<V> {
     let mut shown = world.shown.remove(&body).unwrap_or_default();
@@ -242,7 +242,7 @@ pub extern "C" fn rhexis_track_changes(world: RhexisWorld, body: RhexisEntity) -
         with(world, |world| {
             let body = world.body(body)?;
             // It is there.
-            let _ = world.simulation().world_mut().insert_one(body, Changes::default());
+            let _ = world.simulation().world_mut().insert_one(body.entity(), Changes::default());
             Ok(())
         })
     })

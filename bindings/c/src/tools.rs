@@ -7,7 +7,7 @@ use crate::world::with;
 use glam::DVec3;
 use rhexis::components::{Jaws, Slip};
 use rhexis::simulation::{Grasp, Hit};
-use rhexis::storage::VertexKey;
+use rhexis::storage::{BladeId, ForcepsId, VertexKey};
 use slotmap::KeyData;
 
 /// Jaws close about the point of the surface nearest to them.
@@ -126,7 +126,7 @@ pub extern "C" fn rhexis_forceps_close(
         let given = grasp.read("the grasp")?;
         let grasp = grasp_of(&given)?;
         let count = with(world, |world| {
-            let (forceps, body) = (world.entity(forceps)?, world.body(body)?);
+            let (forceps, body) = (ForcepsId::from(world.entity(forceps)?), world.body(body)?);
             world.simulation().close_forceps(forceps, body, &grasp).map_err(refused)
         })?;
         held.write(count);
@@ -145,7 +145,7 @@ pub extern "C" fn rhexis_forceps_move(
     call(|| {
         let pose = pose.read("pose")?.pose();
         with(world, |world| {
-            let forceps = world.entity(forceps)?;
+            let forceps = ForcepsId::from(world.entity(forceps)?);
             world.simulation().move_forceps(forceps, pose, within).map_err(refused)
         })
     })
@@ -156,7 +156,7 @@ pub extern "C" fn rhexis_forceps_move(
 pub extern "C" fn rhexis_forceps_open(world: RhexisWorld, forceps: RhexisEntity) -> RhexisStatus {
     call(|| {
         with(world, |world| {
-            let forceps = world.entity(forceps)?;
+            let forceps = ForcepsId::from(world.entity(forceps)?);
             world.simulation().open_forceps(forceps).map_err(refused)
         })
     })
@@ -172,7 +172,7 @@ pub extern "C" fn rhexis_forceps_state(
     call(|| {
         state.check("state")?;
         let found = with(world, |world| {
-            let forceps = world.entity(forceps)?;
+            let forceps = ForcepsId::from(world.entity(forceps)?);
             let simulation = world.simulation();
             let (now, tool) = (simulation.time(), simulation.forceps(forceps).map_err(refused)?);
             Ok(RhexisForcepsState {
@@ -263,7 +263,7 @@ pub extern "C" fn rhexis_blade_draw(
     call(|| {
         cut.check_if_any("cut")?;
         let made = with(world, |world| {
-            let (blade, body) = (world.entity(blade)?, world.body(body)?);
+            let (blade, body) = (BladeId::from(world.entity(blade)?), world.body(body)?);
             world.simulation().draw_blade(blade, body, edge.vector()).map_err(refused)
         })?;
         cut.write(made.as_ref().map_or(RhexisCut::default(), RhexisCut::from));

@@ -12,6 +12,7 @@ use rhexis::event::Event;
 use rhexis::report::Report;
 use rhexis::settings::{Accuracy, Settings};
 use rhexis::simulation::Simulation;
+use rhexis::storage::BodyId;
 use rhexis_scene::{Instance, Scene};
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::CString;
@@ -41,7 +42,7 @@ pub(crate) enum Run {
 pub(crate) struct World {
     tag: u64,
     pub(crate) run: Run,
-    pub(crate) shown: BTreeMap<Entity, Shown>,
+    pub(crate) shown: BTreeMap<BodyId, Shown>,
     pub(crate) events: VecDeque<Event>,
     pub(crate) event_text: CString,
 }
@@ -70,22 +71,23 @@ impl World {
     }
 
     /// The body of a handle, alive.
-    pub(crate) fn body(&mut self, handle: RhexisEntity) -> Answer<Entity> {
+    pub(crate) fn body(&mut self, handle: RhexisEntity) -> Answer<BodyId> {
         let entity = self.entity(handle)?;
         if self.simulation().world().satisfies::<&Body>(entity) {
-            return Ok(entity);
+            return Ok(entity.into());
         }
         let message = format!("the entity {:#x} is no body", handle.bits);
         Err(Failure::new(RhexisStatus::InvalidHandle, message))
     }
 
     /// The handle of an entity.
-    pub(crate) fn handle(&self, entity: Entity) -> Answer<RhexisEntity> {
-        pack(self.tag, entity).map(|bits| RhexisEntity { bits })
+    pub(crate) fn handle(&self, entity: impl Into<Entity>) -> Answer<RhexisEntity> {
+        pack(self.tag, entity.into()).map(|bits| RhexisEntity { bits })
     }
 
     /// The handle of what has just been put into the world; where there is none left it is taken out again.
-    pub(crate) fn handle_of_new(&mut self, entity: Entity) -> Answer<RhexisEntity> {
+    pub(crate) fn handle_of_new(&mut self, entity: impl Into<Entity>) -> Answer<RhexisEntity> {
+        let entity = entity.into();
         self.handle(entity).inspect_err(|_| {
             // It has just been spawned.
             let _ = self.simulation().despawn(entity);
@@ -329,7 +331,8 @@ pub extern "C" fn rhexis_find_body(world: RhexisWorld, name: Text, body: Out<Rhe
         let name = name.read("the name")?;
         let found = with(world, |world| {
             let simulation = world.simulation();
-            let is_it = |body: &Entity| simulation.world().get::<&Body>(*body).is_ok_and(|body| body.name == name);
+            let is_it =
+                |body: &BodyId| simulation.world().get::<&Body>(body.entity()).is_ok_and(|body| body.name == name);
             let found = simulation.bodies().into_iter().find(is_it);
             let none = || Failure::new(RhexisStatus::NotFound, format!("there is no body `{name}`"));
             world.handle(found.ok_or_else(none)?)
@@ -345,7 +348,7 @@ pub extern "C" fn rhexis_entity_destroy(world: RhexisWorld, entity: RhexisEntity
     call(|| {
         with(world, |world| {
             let entity = world.entity(entity)?;
-            world.shown.remove(&entity);
+            world.shown.remove(&entity.into());
             world.simulation().despawn(entity).map_err(refused)
         })
     })

@@ -11,9 +11,9 @@ use numpy::ndarray::ArrayView2;
 use numpy::{Element, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use rhexis::glam::DVec3;
-use rhexis::hecs::{Entity, World};
+use rhexis::hecs::World;
 use rhexis::simulation::BodyView;
-use rhexis::storage::{Triangles, Vertices};
+use rhexis::storage::{BodyId, Triangles, Vertices};
 use std::sync::{Arc, OnceLock, Weak};
 
 // Points are lent as their numbers.
@@ -36,9 +36,9 @@ enum Kept {
 
 impl Column {
     /// Takes the column's memory out of the world, which goes on with a copy.
-    fn take(self, world: &World, body: Entity) -> Option<Kept> {
+    fn take(self, world: &World, body: BodyId) -> Option<Kept> {
         let points = |column: fn(&mut Vertices) -> &mut Vec<DVec3>| {
-            let mut vertices = world.get::<&mut Vertices>(body).ok()?;
+            let mut vertices = world.get::<&mut Vertices>(body.entity()).ok()?;
             Some(Kept::Points { _memory: out_of(column(&mut vertices)) })
         };
         match self {
@@ -46,7 +46,7 @@ impl Column {
             Self::RestPositions => points(|vertices| &mut vertices.rest_position),
             Self::Velocities => points(|vertices| &mut vertices.velocity),
             Self::Corners => {
-                let mut triangles = world.get::<&mut Triangles>(body).ok()?;
+                let mut triangles = world.get::<&mut Triangles>(body.entity()).ok()?;
                 Some(Kept::Corners { _memory: out_of(&mut triangles.corners) })
             }
         }
@@ -72,7 +72,7 @@ struct Lent {
 /// Loans of a world since it was last changed.
 #[derive(Default)]
 pub(crate) struct Loans {
-    all: Vec<(Entity, Column, Weak<Loan>)>,
+    all: Vec<(BodyId, Column, Weak<Loan>)>,
 }
 
 impl Loans {
@@ -87,7 +87,7 @@ impl Loans {
         }
     }
 
-    fn of(&mut self, body: Entity, column: Column) -> Arc<Loan> {
+    fn of(&mut self, body: BodyId, column: Column) -> Arc<Loan> {
         self.all.retain(|(.., loan)| loan.strong_count() > 0);
         let known = self.all.iter().find(|(of, which, _)| (*of, *which) == (body, column));
         if let Some(loan) = known.and_then(|(.., loan)| loan.upgrade()) {
@@ -102,7 +102,7 @@ impl Loans {
     pub(crate) fn points<'py>(
         &mut self,
         py: Python<'py>,
-        body: Entity,
+        body: BodyId,
         column: Column,
         points: &[DVec3],
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -115,7 +115,7 @@ impl Loans {
     pub(crate) fn corners<'py>(
         &mut self,
         py: Python<'py>,
-        body: Entity,
+        body: BodyId,
         view: &BodyView<'_>,
     ) -> PyResult<Bound<'py, PyArray2<u32>>> {
         self.array(py, body, Column::Corners, view.triangles.as_flattened())
@@ -124,7 +124,7 @@ impl Loans {
     fn array<'py, T: Element>(
         &mut self,
         py: Python<'py>,
-        body: Entity,
+        body: BodyId,
         column: Column,
         numbers: &[T],
     ) -> PyResult<Bound<'py, PyArray2<T>>> {

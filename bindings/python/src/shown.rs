@@ -158,7 +158,7 @@ impl World {
         self.look_mut(|state| {
             let body = state.body(body.as_ref())?;
             // It is there.
-            let _ = state.simulation_mut().world_mut().insert_one(body, Changes::default());
+            let _ = state.simulation_mut().world_mut().insert_one(body.entity(), Changes::default());
             Ok(())
         })
     }
@@ -168,7 +168,7 @@ impl World {
     fn changes<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyDict>> {
         self.look_mut(|state| {
             let body = state.body(body.as_ref())?;
-            if state.simulation().world().get::<&Changes>(body).is_err() {
+            if state.simulation().world().get::<&Changes>(body.entity()).is_err() {
                 return Err(Failure::new(Kind::NotFound, "nothing is kept: call track_changes first").into());
             }
             let mut set = ChangeSet::default();

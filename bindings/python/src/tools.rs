@@ -10,6 +10,7 @@ use pyo3::types::PyDict;
 use rhexis::components::{Jaws, Pose, Slip};
 use rhexis::glam::{DQuat, DVec3};
 use rhexis::simulation::{Cut, Grasp, Hit};
+use rhexis::storage::{BladeId, ForcepsId};
 use slotmap::Key;
 
 type Ray = ([f64; 3], [f64; 3], f64);
@@ -99,7 +100,7 @@ impl World {
     ) -> PyResult<usize> {
         let grasp = grasp(nearest, ray, point, vertices)?;
         self.with(py, |state| {
-            let (forceps, body) = (state.entity(forceps)?, state.body(body.as_ref())?);
+            let (forceps, body) = (ForcepsId::from(state.entity(forceps)?), state.body(body.as_ref())?);
             state.simulation_mut().close_forceps(forceps, body, &grasp).map_err(refused)
         })
     }
@@ -115,7 +116,7 @@ impl World {
         within: f64,
     ) -> PyResult<()> {
         self.with(py, |state| {
-            let forceps = state.entity(forceps)?;
+            let forceps = ForcepsId::from(state.entity(forceps)?);
             let simulation = state.simulation_mut();
             let now = simulation.forceps(forceps).map_err(refused)?.motion.at(simulation.time());
             let orientation = orientation.map_or(now.orientation, DQuat::from_array);
@@ -127,7 +128,7 @@ impl World {
     /// Opens forceps: they let go.
     fn open_forceps(&self, py: Python<'_>, forceps: Entity) -> PyResult<()> {
         self.with(py, |state| {
-            let forceps = state.entity(forceps)?;
+            let forceps = ForcepsId::from(state.entity(forceps)?);
             state.simulation_mut().open_forceps(forceps).map_err(refused)
         })
     }
@@ -135,7 +136,7 @@ impl World {
     /// Where forceps are, what they hold, and with which force.
     fn forceps<'py>(&self, py: Python<'py>, forceps: Entity) -> PyResult<Bound<'py, PyDict>> {
         self.look(|state| {
-            let forceps = state.entity(forceps)?;
+            let forceps = ForcepsId::from(state.entity(forceps)?);
             let tool = state.simulation().forceps(forceps).map_err(refused)?;
             let pose = tool.motion.at(state.simulation().time());
             let told = PyDict::new(py);
@@ -202,7 +203,7 @@ impl World {
         body: Option<BodyRef>,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
         let made = self.with(py, |state| {
-            let (blade, body) = (state.entity(blade)?, state.body(body.as_ref())?);
+            let (blade, body) = (BladeId::from(state.entity(blade)?), state.body(body.as_ref())?);
             state.simulation_mut().draw_blade(blade, body, edge.into()).map_err(refused)
         })?;
         made.as_ref().map(|made| cut_told(py, made)).transpose()

@@ -15,6 +15,7 @@ use rhexis::hecs;
 use rhexis::report::TearCourse;
 use rhexis::settings::{Accuracy, Settings};
 use rhexis::simulation::{BodyView, Simulation};
+use rhexis::storage::BodyId;
 use rhexis_scene::schema::Mode;
 use rhexis_scene::{Document, Instance};
 use std::path::PathBuf;
@@ -98,12 +99,12 @@ impl State {
     pub(crate) fn any(&self, given: &BodyRef) -> Answer<hecs::Entity> {
         match given {
             BodyRef::Entity(handle) => self.entity(*handle),
-            BodyRef::Name(name) => self.named(name),
+            BodyRef::Name(name) => self.named(name).map(BodyId::entity),
         }
     }
 
     /// The body that is meant; the only one where none is named.
-    pub(crate) fn body(&self, given: Option<&BodyRef>) -> Answer<hecs::Entity> {
+    pub(crate) fn body(&self, given: Option<&BodyRef>) -> Answer<BodyId> {
         let Some(given) = given else {
             return match self.simulation().bodies()[..] {
                 [body] => Ok(body),
@@ -112,23 +113,23 @@ impl State {
         };
         let entity = self.any(given)?;
         if self.simulation().world().satisfies::<&Body>(entity) {
-            return Ok(entity);
+            return Ok(entity.into());
         }
         Err(Failure::handle(format!("{entity:?} is no body")))
     }
 
-    pub(crate) fn name(&self, body: hecs::Entity) -> Option<String> {
-        self.simulation().world().get::<&Body>(body).ok().map(|body| body.name.clone())
+    pub(crate) fn name(&self, body: BodyId) -> Option<String> {
+        self.simulation().world().get::<&Body>(body.entity()).ok().map(|body| body.name.clone())
     }
 
-    fn named(&self, name: &str) -> Answer<hecs::Entity> {
+    fn named(&self, name: &str) -> Answer<BodyId> {
         let bodies = self.simulation().bodies();
         let found = bodies.iter().find(|&&body| self.name(body).is_some_and(|other| other == name));
         found.copied().ok_or_else(|| Failure::new(Kind::NotFound, format!("there is no body `{name}`")))
     }
 
-    pub(crate) fn handle(&self, entity: hecs::Entity) -> Entity {
-        Entity::new(self.number, entity)
+    pub(crate) fn handle(&self, entity: impl Into<hecs::Entity>) -> Entity {
+        Entity::new(self.number, entity.into())
     }
 
     /// Moves events of the engine to those of the world, past the courses that follow them.
@@ -225,7 +226,7 @@ impl World {
     pub(crate) fn show<R>(
         &self,
         body: Option<BodyRef>,
-        look: impl FnOnce(hecs::Entity, &BodyView<'_>, &mut Loans) -> PyResult<R>,
+        look: impl FnOnce(BodyId, &BodyView<'_>, &mut Loans) -> PyResult<R>,
     ) -> PyResult<R> {
         guarded(|| {
             let mut state = self.lock()?;
@@ -400,7 +401,7 @@ impl World {
     fn despawn(&self, py: Python<'_>, entity: BodyRef) -> PyResult<()> {
         self.with(py, |state| {
             let entity = state.any(&entity)?;
-            state.courses.retain(|course| course.body() != entity);
+            state.courses.retain(|course| course.body().entity() != entity);
             state.simulation_mut().despawn(entity).map_err(refused)
         })
     }
@@ -434,9 +435,9 @@ fn change_budget(state: &mut State, budget: Option<u32>) -> Answer<Option<u32>> 
 }
 
 /// Gives a new body its components; it is taken out again where one is refused.
-pub(crate) fn equip(state: &mut State, body: hecs::Entity, components: Vec<(String, toml::Table)>) -> Answer<()> {
+pub(crate) fn equip(state: &mut State, body: BodyId, components: Vec<(String, toml::Table)>) -> Answer<()> {
     for (name, values) in components {
-        let set = component::entry(&name).and_then(|entry| (entry.set)(state.simulation_mut(), body, values));
+        let set = component::entry(&name).and_then(|entry| (entry.set)(state.simulation_mut(), body.entity(), values));
         if let Err(failure) = set {
             // It was spawned just now.
             let _ = state.simulation_mut().despawn(body);

@@ -2,11 +2,11 @@
 
 use crate::hand::Hand;
 use crate::mesh_scene;
-use hecs::Entity;
 use rhexis::components::Tearing;
 use rhexis::event::Event;
 use rhexis::report::TearCourse;
 use rhexis::snapshot::Snapshot;
+use rhexis::storage::BodyId;
 use rhexis_scene::schema::{GripSpec, SceneFile};
 use rhexis_scene::{Document, Instance, Scene};
 
@@ -115,7 +115,7 @@ impl Engine {
         let events: Vec<Event> = instance.simulation.drain_events().collect();
         let world = instance.simulation.world();
         let time = instance.simulation.time();
-        let torn = instance.bodies.iter().filter(|&&body| world.satisfies::<&Tearing>(body));
+        let torn = instance.bodies.iter().filter(|&&body| world.satisfies::<&Tearing>(body.entity()));
         let mut courses: Vec<TearCourse> = torn.filter_map(|&body| TearCourse::new(world, body, time)).collect();
         courses.iter_mut().for_each(|course| course.note(world, time, &events));
         let start =
@@ -211,7 +211,7 @@ impl Engine {
     }
 
     /// The place of a body in the order of the scene.
-    pub fn index_of(&self, body: Entity) -> Option<usize> {
+    pub fn index_of(&self, body: BodyId) -> Option<usize> {
         self.instance.bodies.iter().position(|&other| other == body)
     }
 }

@@ -1,9 +1,9 @@
 //! The hand: forceps that take hold of what a ray meets, are drawn towards a place and let go, and a blade along a line of sight.
 
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Jaws, Pose, Slip};
 use rhexis::simulation::{Grasp, Hit};
+use rhexis::storage::{BodyId, ForcepsId};
 use rhexis_scene::schema::GripSpec;
 use rhexis_scene::{Instance, Scene};
 
@@ -20,7 +20,7 @@ const NAME: &str = "hand";
 #[derive(Clone, Copy, Debug)]
 pub struct Held {
     /// What they hold.
-    pub body: Entity,
+    pub body: BodyId,
     /// Where they are drawn to \[mm\].
     pub target: DVec3,
     is_planar: bool,
@@ -34,7 +34,7 @@ pub struct Hand {
     pace: f64,
     /// How far a ray goes \[mm\].
     reach: f64,
-    forceps: Option<Entity>,
+    forceps: Option<ForcepsId>,
     held: Option<Held>,
 }
 
@@ -80,8 +80,8 @@ impl Hand {
     }
 
     /// The first place where a ray meets a body.
-    pub fn pick(&self, instance: &Instance, origin: DVec3, direction: DVec3) -> Option<(Entity, Hit)> {
-        let cast = |&body: &Entity| Some((body, instance.simulation.cast_ray(body, origin, direction, self.reach)?));
+    pub fn pick(&self, instance: &Instance, origin: DVec3, direction: DVec3) -> Option<(BodyId, Hit)> {
+        let cast = |&body: &BodyId| Some((body, instance.simulation.cast_ray(body, origin, direction, self.reach)?));
         let hits = instance.bodies.iter().filter_map(cast);
         hits.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))
     }
@@ -109,7 +109,7 @@ impl Hand {
         Ok(Some(hit.position))
     }
 
-    fn forceps(&mut self, instance: &mut Instance) -> Result<Entity, String> {
+    fn forceps(&mut self, instance: &mut Instance) -> Result<ForcepsId, String> {
         let known = self.forceps.filter(|&forceps| instance.simulation.forceps(forceps).is_ok());
         let forceps = match known {
             Some(forceps) => forceps,

@@ -1,10 +1,9 @@
 //! The figures of a run as they stand, with the names that they have in `report.json`.
 
 use crate::engine::Engine;
-use hecs::Entity;
 use rhexis::components::{Body, Grips, Holds, TearLog, Tearing};
 use rhexis::event::Event;
-use rhexis::storage::{Tips, Triangles, Vertices};
+use rhexis::storage::{BodyId, Tips, Triangles, Vertices};
 use rhexis_scene::course::CourseReport;
 use serde::Serialize;
 
@@ -135,7 +134,7 @@ impl Engine {
             has_failed: report.has_failed,
         };
         let world = self.instance.simulation.world();
-        let criterion = self.instance.bodies.iter().filter_map(|&body| world.get::<&Tips>(body).ok());
+        let criterion = self.instance.bodies.iter().filter_map(|&body| world.get::<&Tips>(body.entity()).ok());
         let criterion = criterion.flat_map(|tips| tips.criterion.clone()).fold(0.0, f64::max);
         Measures {
             scene: self.name.clone(),
@@ -155,20 +154,23 @@ impl Engine {
         }
     }
 
-    fn body_figures(&mut self, body: Entity) -> BodyFigures {
+    fn body_figures(&mut self, body: BodyId) -> BodyFigures {
         let energies = self.instance.simulation.energies(body).unwrap_or_default();
         let reactions = self.instance.simulation.reactions(body).unwrap_or_default();
         let world = self.instance.simulation.world();
-        let holds = world.get::<&Holds>(body);
+        let holds = world.get::<&Holds>(body.entity());
         // Before the first step there are holds but no reactions yet.
         let names = holds.iter().flat_map(|holds| &holds.groups).map(|hold| hold.name.clone());
         let forces = reactions.into_iter().map(|(_, force)| force).chain(std::iter::repeat(glam::DVec3::ZERO));
         let reactions = names.zip(forces).map(|(name, force)| Force { name, force_n: force.to_array() }).collect();
-        let grips = world.get::<&Grips>(body);
+        let grips = world.get::<&Grips>(body.entity());
         let grips = grips.iter().flat_map(|grips| &grips.pinches);
         let grips = grips.map(|pinch| Force { name: pinch.name.clone(), force_n: pinch.force.to_array() }).collect();
-        let tips = world.get::<&Tips>(body).map_or(0, |tips| tips.len());
-        let log = world.get::<&TearLog>(body).ok().filter(|log| log.length > 0.0 || world.satisfies::<&Tearing>(body));
+        let tips = world.get::<&Tips>(body.entity()).map_or(0, |tips| tips.len());
+        let log = world
+            .get::<&TearLog>(body.entity())
+            .ok()
+            .filter(|log| log.length > 0.0 || world.satisfies::<&Tearing>(body.entity()));
         let tear = log.map(|log| Tear {
             length_mm: log.length,
             starts: log.nucleation_count,
@@ -180,9 +182,9 @@ impl Engine {
             tips,
         });
         BodyFigures {
-            name: world.get::<&Body>(body).map_or(String::new(), |body| body.name.clone()),
-            vertices: world.get::<&Vertices>(body).map_or(0, |vertices| vertices.len()),
-            triangles: world.get::<&Triangles>(body).map_or(0, |triangles| triangles.len()),
+            name: world.get::<&Body>(body.entity()).map_or(String::new(), |body| body.name.clone()),
+            vertices: world.get::<&Vertices>(body.entity()).map_or(0, |vertices| vertices.len()),
+            triangles: world.get::<&Triangles>(body.entity()).map_or(0, |triangles| triangles.len()),
             elastic_mj: energies.elastic,
             kinetic_mj: energies.kinetic,
             reactions,
@@ -195,7 +197,7 @@ impl Engine {
     /// Events in words.
     pub fn event_figures(&self, events: &[Event]) -> Vec<EventFigures> {
         let world = self.instance.simulation.world();
-        let name = |body| world.get::<&Body>(body).map_or(String::new(), |body| body.name.clone());
+        let name = |body: BodyId| world.get::<&Body>(body.entity()).map_or(String::new(), |body| body.name.clone());
         events
             .iter()
             .map(|event| EventFigures {

@@ -4,7 +4,7 @@ use crate::engine::Engine;
 use glam::DVec3;
 use rhexis::components::{Frames, Tearing};
 use rhexis::simulation::{DebugKind, DebugLine, DebugLines};
-use rhexis::storage::{Tips, Triangles, Vertices};
+use rhexis::storage::{BodyId, Tips, Triangles, Vertices};
 use rhexis::systems::fracture::strength;
 use rhexis::systems::kernels::failure::Search;
 
@@ -30,7 +30,7 @@ impl Engine {
     pub fn positions(&self) -> Vec<f32> {
         let mut all = Vec::new();
         for &body in &self.instance.bodies {
-            if let Ok(vertices) = self.instance.simulation.world().get::<&Vertices>(body) {
+            if let Ok(vertices) = self.instance.simulation.world().get::<&Vertices>(body.entity()) {
                 vertices.position.iter().for_each(|&point| put(&mut all, point));
             }
         }
@@ -42,7 +42,9 @@ impl Engine {
         let (mut all, mut first) = (Vec::new(), 0);
         for &body in &self.instance.bodies {
             let world = self.instance.simulation.world();
-            let (Ok(vertices), Ok(triangles)) = (world.get::<&Vertices>(body), world.get::<&Triangles>(body)) else {
+            let (Ok(vertices), Ok(triangles)) =
+                (world.get::<&Vertices>(body.entity()), world.get::<&Triangles>(body.entity()))
+            else {
                 continue;
             };
             all.extend(triangles.corners.iter().flatten().map(|row| row + first));
@@ -58,10 +60,12 @@ impl Engine {
             // Evaluates the stresses of the state now.
             let _ = self.instance.simulation.debug_lines(body, &NO_LINES, &mut Vec::new());
             let world = self.instance.simulation.world();
-            let (Ok(frames), Ok(triangles)) = (world.get::<&Frames>(body), world.get::<&Triangles>(body)) else {
+            let (Ok(frames), Ok(triangles)) =
+                (world.get::<&Frames>(body.entity()), world.get::<&Triangles>(body.entity()))
+            else {
                 continue;
             };
-            match (shade, world.get::<&Tearing>(body)) {
+            match (shade, world.get::<&Tearing>(body.entity())) {
                 (Shade::Stress, _) => {
                     all.extend(frames.states().map(|state| state.stress.principal_values().0 as f32));
                 }
@@ -94,8 +98,8 @@ impl Engine {
         sums.into_iter().map(|[sum, count]| sum / count.max(1.0)).collect()
     }
 
-    fn vertex_count(&self, body: hecs::Entity) -> usize {
-        self.instance.simulation.world().get::<&Vertices>(body).map_or(0, |vertices| vertices.len())
+    fn vertex_count(&self, body: BodyId) -> usize {
+        self.instance.simulation.world().get::<&Vertices>(body.entity()).map_or(0, |vertices| vertices.len())
     }
 
     /// A line along the fibre through every triangle: six numbers each \[mm\].
@@ -133,7 +137,10 @@ impl Engine {
         let mut all = Vec::new();
         for &body in &self.instance.bodies {
             let world = self.instance.simulation.world();
-            let (Ok(tips), Ok(vertices)) = (world.get::<&Tips>(body), world.get::<&Vertices>(body)) else { continue };
+            let (Ok(tips), Ok(vertices)) = (world.get::<&Tips>(body.entity()), world.get::<&Vertices>(body.entity()))
+            else {
+                continue;
+            };
             let places = tips.vertex.iter().filter_map(|&row| vertices.position.get(row as usize));
             places.for_each(|&point| put(&mut all, point));
         }

@@ -84,7 +84,9 @@ fn vertices_and_tips(folder: &Path, instance: &mut Instance) -> Result<(), Strin
         // The bodies of a scene exist.
         let elastic = simulation.elastic_forces(body).unwrap_or_default();
         let decisions = simulation.tip_decisions(body).unwrap_or_default();
-        let Ok((table, forces)) = simulation.world_mut().query_one_mut::<(&Vertices, &Forces)>(body) else { continue };
+        let Ok((table, forces)) = simulation.world_mut().query_one_mut::<(&Vertices, &Forces)>(body.entity()) else {
+            continue;
+        };
         for (v, velocity) in table.velocity.iter().enumerate() {
             // None where a tear or a state that was read has made other vertices since the last solve.
             let solved = forces.nodal.get(v).filter(|_| forces.nodal.len() == table.len());

@@ -7,10 +7,9 @@ use super::progress::real_time_factor;
 use super::series::Observation;
 use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
-use hecs::Entity;
 use rhexis::components::{Body, EnergyCriterion, Refined, Refinement, RingFault, TearLog, Tearing};
 use rhexis::report::{TearAccount, TearCourse};
-use rhexis::storage::{Tips, Triangles, Vertices};
+use rhexis::storage::{BodyId, Tips, Triangles, Vertices};
 use rhexis_scene::course::CourseReport;
 use rhexis_scene::schema::Mode;
 use rhexis_scene::{CutTold, Instance, MeshSummary, Scene, thresholds};
@@ -252,8 +251,8 @@ pub(super) struct SolverFigures {
 }
 
 /// A body's name.
-pub(super) fn body_name(instance: &Instance, body: Entity) -> String {
-    instance.simulation.world().get::<&Body>(body).map_or(String::new(), |b| b.name.clone())
+pub(super) fn body_name(instance: &Instance, body: BodyId) -> String {
+    instance.simulation.world().get::<&Body>(body.entity()).map_or(String::new(), |b| b.name.clone())
 }
 
 /// What the report needs beside the simulation.
@@ -332,7 +331,7 @@ fn not_made(cuts: &[CutTold]) -> impl Iterator<Item = String> {
 }
 
 /// The body that is the scene's `index`-th.
-fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources<'_>) -> BodyFigures {
+fn body_figures(instance: &mut Instance, index: usize, body: BodyId, s: &Sources<'_>) -> BodyFigures {
     let name = body_name(instance, body);
     let energies = instance.simulation.energies(body).unwrap_or_default();
     // A name alone does not tell: those of bodies and holds may have slashes of their own.
@@ -355,11 +354,11 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
     let (reactions, grips) = (reactions.collect(), grips.collect());
     let balance = instance.simulation.energy_balance(body).ok().flatten();
     let world = instance.simulation.world();
-    let vertices = world.get::<&Vertices>(body);
+    let vertices = world.get::<&Vertices>(body.entity());
     BodyFigures {
         name,
         vertices: vertices.as_ref().map_or(0, |v| v.len()),
-        triangles: world.get::<&Triangles>(body).map_or(0, |t| t.len()),
+        triangles: world.get::<&Triangles>(body.entity()).map_or(0, |t| t.len()),
         mesh: instance.meshes.get(index).cloned().unwrap_or_default(),
         mass_g: vertices.map_or(0.0, |v| v.mass.iter().sum()),
         elastic_mj: energies.elastic,
@@ -376,16 +375,16 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
     }
 }
 
-fn tear_figures(instance: &Instance, body: Entity, account: Option<&TearAccount>) -> Option<TearFigures> {
+fn tear_figures(instance: &Instance, body: BodyId, account: Option<&TearAccount>) -> Option<TearFigures> {
     let world = instance.simulation.world();
-    let log = world.get::<&TearLog>(body).ok()?;
-    let can_tear = world.get::<&Tearing>(body).is_ok();
+    let log = world.get::<&TearLog>(body.entity()).ok()?;
+    let can_tear = world.get::<&Tearing>(body.entity()).is_ok();
     if !can_tear && log.length == 0.0 {
         return None;
     }
-    let vertices = world.get::<&Vertices>(body).ok()?;
+    let vertices = world.get::<&Vertices>(body.entity()).ok()?;
     let at = |row: u32| vertices.rest_position.get(row as usize).map_or([f64::NAN; 3], |p| p.to_array());
-    let tips = world.get::<&Tips>(body).map_or(Vec::new(), |tips| {
+    let tips = world.get::<&Tips>(body.entity()).map_or(Vec::new(), |tips| {
         let alive = tips.vertex.iter().zip(&tips.criterion);
         let forces = instance.simulation.material_forces(body).unwrap_or_default();
         let figures = alive.zip(forces).map(|((&row, &criterion), force)| TipFigures {
@@ -399,13 +398,16 @@ fn tear_figures(instance: &Instance, body: Entity, account: Option<&TearAccount>
     Some(TearFigures {
         length_mm: log.length,
         starts: log.nucleation_count,
-        nucleations_blocked: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.blocked_nucleation_count),
+        nucleations_blocked: world
+            .get::<&EnergyCriterion>(body.entity())
+            .is_ok()
+            .then_some(log.blocked_nucleation_count),
         advances: log.advance_count,
         account: account.map(|account| AccountReport::of(&account.figures())),
         detours: log.detour_count,
         ambiguous: log.ambiguous_count,
-        by_material_force: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.material_force_count),
-        decisions: world.get::<&EnergyCriterion>(body).is_ok().then(|| decision_figures(&log)),
+        by_material_force: world.get::<&EnergyCriterion>(body.entity()).is_ok().then_some(log.material_force_count),
+        decisions: world.get::<&EnergyCriterion>(body.entity()).is_ok().then(|| decision_figures(&log)),
         held_back_steps: log.held_back_count,
         held_back_criterion: log.held_back_criterion,
         ended: log.end_count,
@@ -435,9 +437,10 @@ fn decision_figures(log: &TearLog) -> DecisionFigures {
     DecisionFigures { by_ring: log.energy_decision_count, by_material_force }
 }
 
-fn refinement_figures(instance: &Instance, body: Entity) -> Option<RefinementFigures> {
+fn refinement_figures(instance: &Instance, body: BodyId) -> Option<RefinementFigures> {
     let world = instance.simulation.world();
-    let (refinement, refined) = (world.get::<&Refinement>(body).ok()?, world.get::<&Refined>(body).ok()?);
+    let (refinement, refined) =
+        (world.get::<&Refinement>(body.entity()).ok()?, world.get::<&Refined>(body.entity()).ok()?);
     Some(RefinementFigures {
         splits: refined.split_count,
         vertices_removed: refined.removed_count,

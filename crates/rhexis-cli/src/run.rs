@@ -114,10 +114,10 @@ pub(super) fn run_until(args: &RunArgs, interrupt: Option<Interrupt>) -> Result<
     }
     let last = observe(&mut instance);
     let world = instance.simulation.world();
-    let drawn = instance.bodies.iter().filter(|&&body| world.satisfies::<(&Tearing, &Grips)>(body));
+    let drawn = instance.bodies.iter().filter(|&&body| world.satisfies::<(&Tearing, &Grips)>(body.entity()));
     let courses = drawn.filter_map(|&body| TearCourse::new(world, body, last.time)).collect();
     let courses = kept.as_ref().map_or(courses, |kept| kept.courses.clone());
-    let torn = instance.bodies.iter().filter(|&&body| world.satisfies::<&Tearing>(body));
+    let torn = instance.bodies.iter().filter(|&&body| world.satisfies::<&Tearing>(body.entity()));
     let accounts = torn.map(|&body| TearAccount::new(world, body)).collect();
     let accounts = kept.as_ref().map_or(accounts, |kept| kept.accounts.clone());
     let times = kept.as_ref().map_or([Duration::ZERO; 2], |kept| kept.times);

@@ -85,22 +85,22 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         let torques = instance.simulation.torques(body).unwrap_or_default();
         o.torques.extend(torques.into_iter().map(|(hold, torque)| (named(&name, &hold), torque)));
         let world = instance.simulation.world();
-        if let Ok(holds) = world.get::<&Holds>(body) {
+        if let Ok(holds) = world.get::<&Holds>(body.entity()) {
             // Before the first step there are holds but no reactions yet.
             let forces = reactions.into_iter().map(|(_, force)| force).chain(std::iter::repeat(DVec3::ZERO));
             o.reactions.extend(holds.groups.iter().zip(forces).map(|(hold, force)| (named(&name, &hold.name), force)));
         }
-        if let Ok(grips) = world.get::<&Grips>(body) {
+        if let Ok(grips) = world.get::<&Grips>(body.entity()) {
             o.grips.extend(grips.pinches.iter().map(|pinch| (named(&name, &pinch.name), pinch.force)));
         }
         o.own.push([before[0]..o.reactions.len(), before[1]..o.grips.len()]);
-        if let Ok(log) = world.get::<&TearLog>(body) {
+        if let Ok(log) = world.get::<&TearLog>(body.entity()) {
             o.torn += log.length;
-            if world.satisfies::<&EnergyCriterion>(body) {
+            if world.satisfies::<&EnergyCriterion>(body.entity()) {
                 *o.surface_energy.get_or_insert_default() += log.surface_energy.unwrap_or(0.0);
             }
         }
-        if let Ok(tips) = world.get::<&Tips>(body) {
+        if let Ok(tips) = world.get::<&Tips>(body.entity()) {
             o.tips += tips.len();
             o.criterion = tips.criterion.iter().copied().fold(o.criterion, f64::max);
         }
@@ -108,7 +108,7 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         o.release = forces.iter().map(|force| force.along).fold(o.release, f64::max);
     }
     let world = instance.simulation.world();
-    if instance.bodies.iter().any(|&body| world.satisfies::<&Contact>(body)) {
+    if instance.bodies.iter().any(|&body| world.satisfies::<&Contact>(body.entity())) {
         o.obstacles = instance.obstacle_forces();
     }
     o

@@ -54,7 +54,7 @@ pub fn tear(mesh: TriangleMesh) -> Result<(), Box<dyn std::error::Error>> {
     let mut torn = 0.0;
     while torn < 0.2 * width && simulation.time() < 1000.0 {
         simulation.step(10.0)?;
-        torn = simulation.world().get::<&rhexis::components::TearLog>(body)?.length;
+        torn = simulation.world().get::<&rhexis::components::TearLog>(body.entity())?.length;
     }
     println!("torn over {torn:.3} mm at {} ms", simulation.time());
     assert!(torn >= 0.2 * width, "the slit grows to twice its length");

@@ -3,9 +3,8 @@
 use super::error::Fault;
 use super::schema::{CutSpec, InitialSpec};
 use glam::{DMat3, DVec3};
-use hecs::Entity;
 use rhexis::simulation::{Cut, Simulation};
-use rhexis::storage::Vertices;
+use rhexis::storage::{BodyId, Vertices};
 
 /// The points of a cut's line.
 pub(super) fn polyline(spec: &CutSpec, key: &str) -> Result<Vec<DVec3>, Fault> {
@@ -18,7 +17,7 @@ pub(super) fn polyline(spec: &CutSpec, key: &str) -> Result<Vec<DVec3>, Fault> {
 }
 
 /// A notch or slit made before the first step.
-pub(super) fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key: &str) -> Result<Cut, Fault> {
+pub(super) fn cut(simulation: &mut Simulation, body: BodyId, spec: &CutSpec, key: &str) -> Result<Cut, Fault> {
     let polyline = polyline(spec, key)?;
     let hint = "move its points onto the body or begin outside it; stay an edge away from the boundary and other cuts, or cut farther";
     let refused = |what: String| Fault::new(format!("{key}.polyline"), what, hint);
@@ -34,7 +33,7 @@ pub(super) fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key
 /// Sets the positions and velocities of `initial`.
 pub(super) fn start(
     simulation: &mut Simulation,
-    body: Entity,
+    body: BodyId,
     spec: &InitialSpec,
     is_planar: bool,
     key: &str,
@@ -50,7 +49,7 @@ pub(super) fn start(
         let hint = "give a velocity in x and y, a spin about z, and a stretch that keeps z apart";
         return Err(Fault::new(key, "a planar body would leave its plane", hint));
     }
-    let Ok(mut vertices) = simulation.world().get::<&mut Vertices>(body) else { return Ok(()) };
+    let Ok(mut vertices) = simulation.world().get::<&mut Vertices>(body.entity()) else { return Ok(()) };
     let vertices = &mut *vertices;
     vertices.position.iter_mut().for_each(|x| *x = map * *x);
     let mass: f64 = vertices.mass.iter().sum();

@@ -8,14 +8,13 @@ use super::size::Demand;
 use super::timed::{CutTold, Timed};
 use super::{Scene, SceneError, beginning, copies, obstacle, settings};
 use glam::DVec3;
-use hecs::Entity;
-use rhexis::components::{EnergyAudit, Obstacle, TearLog, Tearing, Toughness};
+use rhexis::components::{EnergyAudit, TearLog, Tearing, Toughness};
 use rhexis::membrane::Membrane;
 use rhexis::report::Report;
 use rhexis::settings::Integrator;
 use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::snapshot::{Snapshot, SnapshotError};
-use rhexis::storage::{Tips, Topology, Triangles};
+use rhexis::storage::{BodyId, Tips, Topology, Triangles};
 use std::sync::Arc;
 
 /// The most steps of a run: a day's computing at 0.1 ms each.
@@ -26,7 +25,7 @@ pub struct Instance {
     /// The simulation, with all bodies and obstacles and the starting cuts made.
     pub simulation: Simulation,
     /// The bodies in the order of the file.
-    pub bodies: Vec<Entity>,
+    pub bodies: Vec<BodyId>,
     /// The bytes of each body's texture, PNG or JPEG, for those that have one.
     pub textures: Vec<Option<Arc<Vec<u8>>>>,
     /// What the mesh of each was like before it was cut.
@@ -148,11 +147,11 @@ impl Scene {
         membrane: Membrane,
         spec: &BodySpec,
         key: &str,
-    ) -> Result<Entity, Fault> {
+    ) -> Result<BodyId, Fault> {
         let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, key, &error))?;
         if self.file.output.energy {
             // The body was spawned just now.
-            let _ = simulation.world_mut().insert_one(body, EnergyAudit::default());
+            let _ = simulation.world_mut().insert_one(body.entity(), EnergyAudit::default());
         }
         if let Some(initial) = &spec.initial {
             beginning::start(simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
@@ -188,7 +187,7 @@ impl Instance {
 
     fn has_ended(&self) -> bool {
         let world = self.simulation.world();
-        let log = |&body: &Entity| world.get::<&TearLog>(body).is_ok_and(|log| log.end_count > 0);
+        let log = |&body: &BodyId| world.get::<&TearLog>(body.entity()).is_ok_and(|log| log.end_count > 0);
         self.bodies.iter().any(log)
     }
 
@@ -215,13 +214,11 @@ impl Instance {
 
     /// The force \[N\] of every obstacle on the bodies as they are, along its normals, in the order of the file.
     pub fn obstacle_forces(&self) -> Vec<(String, DVec3)> {
-        let mut entities: Vec<Entity> =
-            self.simulation.world().query::<(Entity, &Obstacle)>().iter().map(|(entity, _)| entity).collect();
-        entities.sort_unstable_by_key(|entity| entity.id());
+        let obstacles = self.simulation.obstacles();
         let mut forces: Vec<(String, DVec3)> = self.obstacles.iter().map(|name| (name.clone(), DVec3::ZERO)).collect();
         for &body in &self.bodies {
             for (obstacle, force) in self.simulation.contact_forces(body).unwrap_or_default() {
-                let place = entities.iter().position(|entity| *entity == obstacle);
+                let place = obstacles.iter().position(|other| *other == obstacle);
                 if let Some((_, sum)) = place.and_then(|place| forces.get_mut(place)) {
                     *sum += force;
                 }
@@ -232,7 +229,7 @@ impl Instance {
 
     /// Tear tips that are alive, of all bodies.
     pub fn tip_count(&self) -> usize {
-        let tips = |&body: &Entity| self.simulation.world().get::<&Tips>(body).map_or(0, |tips| tips.len());
+        let tips = |&body: &BodyId| self.simulation.world().get::<&Tips>(body.entity()).map_or(0, |tips| tips.len());
         self.bodies.iter().map(tips).sum()
     }
 }
@@ -268,8 +265,8 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
 }
 
 /// The thresholds of a body and the toughness that they imply by the law at its first tip, or at its first triangle.
-pub fn thresholds(simulation: &Simulation, body: Entity) -> Option<(Tearing, Toughness)> {
-    let mut query = simulation.world().query_one::<(&Tearing, &Tips, &Topology, &Triangles)>(body);
+pub fn thresholds(simulation: &Simulation, body: BodyId) -> Option<(Tearing, Toughness)> {
+    let mut query = simulation.world().query_one::<(&Tearing, &Tips, &Topology, &Triangles)>(body.entity());
     let (tearing, tips, topology, triangles) = query.get().ok()?;
     let at_tip = tips.vertex.first().and_then(|&tip| topology.incident[tip as usize].first());
     let law = triangles.stiffness.get(at_tip.map_or(0, |&entry| entry as usize / 3))?;

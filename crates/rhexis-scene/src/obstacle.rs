@@ -7,8 +7,8 @@ use super::instance::Run;
 use super::mesh_on_file::Arrays;
 use super::schema::{MeshSpec, ObstacleSpec};
 use glam::{DMat3, DVec3};
-use rhexis::components::{Hull, Obstacle, Path, Shape, Turning};
-use rhexis::simulation::Simulation;
+use rhexis::components::{Hull, Path, Shape, Turning};
+use rhexis::simulation::{Simulation, Solid};
 use std::sync::Arc;
 
 /// Puts the obstacles into the world; their names.
@@ -23,16 +23,16 @@ pub(super) fn spawn(
     own_names(names.iter().enumerate().map(|(i, name)| (format!("obstacles.{i}"), name.clone())))?;
     for (i, spec) in specs.iter().enumerate() {
         let key = format!("obstacles.{i}");
-        let obstacle = Obstacle { shape: shape(spec, files, &key)? };
-        let turning = turning(spec, &obstacle.shape, run, &key)?;
-        let spawned = match (&spec.path, turning) {
-            (None, None) => simulation.spawn_obstacle(obstacle),
-            (path, turning) => {
-                let path = path.as_ref().map_or(Path { points: Vec::new() }, |path| path.0.clone());
-                simulation.spawn_turning_obstacle(obstacle, path, turning)
-            }
-        };
-        spawned.map_err(|error| Fault::new(key, error, "give numbers of an ordinary size"))?;
+        let shape = shape(spec, files, &key)?;
+        let turning = turning(spec, &shape, run, &key)?;
+        let mut solid = Solid::new(shape);
+        if let Some(path) = &spec.path {
+            solid = solid.path(path.0.clone());
+        }
+        if let Some(turning) = turning {
+            solid = solid.turning(turning);
+        }
+        simulation.spawn_obstacle(solid).map_err(|error| Fault::new(key, error, "give numbers of an ordinary size"))?;
     }
     Ok(names)
 }

@@ -7,10 +7,9 @@ use super::size::{BYTES_PER_TRIANGLE, bytes};
 use super::timed::CutTold;
 use super::{Scene, SceneError};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Body, EnergyCriterion, Holds, Refinement, Tearing, Toughness};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Tips, Triangles, Vertices};
+use rhexis::storage::{BodyId, Tips, Triangles, Vertices};
 use std::fmt;
 
 /// What a scene holds, for a look before it is run.
@@ -74,27 +73,27 @@ impl Scene {
     }
 }
 
-fn summary(simulation: &Simulation, body: Entity, mesh: &MeshSummary) -> Option<BodySummary> {
+fn summary(simulation: &Simulation, body: BodyId, mesh: &MeshSummary) -> Option<BodySummary> {
     let world = simulation.world();
-    let vertices = world.get::<&Vertices>(body).ok()?;
+    let vertices = world.get::<&Vertices>(body.entity()).ok()?;
     let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let held = world.get::<&Holds>(body);
+    let held = world.get::<&Holds>(body.entity());
     Some(BodySummary {
-        name: world.get::<&Body>(body).ok()?.name.clone(),
+        name: world.get::<&Body>(body.entity()).ok()?.name.clone(),
         vertex_count: vertices.len(),
-        triangle_count: world.get::<&Triangles>(body).ok()?.len(),
+        triangle_count: world.get::<&Triangles>(body.entity()).ok()?.len(),
         bounds: vertices.rest_position.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p))),
         holds: held.map_or(Vec::new(), |h| h.groups.iter().map(|g| (g.name.clone(), g.members.rows().len())).collect()),
-        tip_count: world.get::<&Tips>(body).map_or(0, |tips| tips.len()),
+        tip_count: world.get::<&Tips>(body.entity()).map_or(0, |tips| tips.len()),
         tearing: thresholds(simulation, body),
-        energy: world.get::<&EnergyCriterion>(body).ok().map(|energy| energy.toughness),
+        energy: world.get::<&EnergyCriterion>(body.entity()).ok().map(|energy| energy.toughness),
         varying: varying(
-            &*world.get::<&Triangles>(body).ok()?,
-            world.get::<&Tearing>(body).ok().as_deref(),
-            world.get::<&EnergyCriterion>(body).ok().as_deref(),
+            &*world.get::<&Triangles>(body.entity()).ok()?,
+            world.get::<&Tearing>(body.entity()).ok().as_deref(),
+            world.get::<&EnergyCriterion>(body.entity()).ok().as_deref(),
         ),
-        edges_per_radius: world.get::<&Tearing>(body).ok().map(|tearing| {
-            let refined = world.get::<&Refinement>(body).ok().map(|refinement| refinement.edges_per_radius);
+        edges_per_radius: world.get::<&Tearing>(body.entity()).ok().map(|tearing| {
+            let refined = world.get::<&Refinement>(body.entity()).ok().map(|refinement| refinement.edges_per_radius);
             (tearing.radius / mesh.mean_size, refined)
         }),
         mesh: mesh.clone(),

@@ -10,6 +10,7 @@ use glam::DVec3;
 use hecs::Entity;
 use rhexis::components::{Blade, Path};
 use rhexis::simulation::{Cut, CutError, Simulation};
+use rhexis::storage::{BladeId, BodyId};
 use std::fmt;
 
 /// The most steps after which something may happen; beyond, a time is that of no run.
@@ -69,7 +70,7 @@ struct Action {
     step: u64,
     /// \[ms\].
     at: f64,
-    body: Entity,
+    body: BodyId,
     name: String,
     what: String,
     deed: Deed,
@@ -78,7 +79,7 @@ struct Action {
 /// A blade on its way.
 #[derive(Clone, Debug)]
 struct Drawn {
-    body: Entity,
+    body: BodyId,
     name: String,
     what: String,
     path: Path,
@@ -96,7 +97,7 @@ impl Timed {
     pub(crate) fn add(
         &mut self,
         simulation: &mut Simulation,
-        (body, name): (Entity, &str),
+        (body, name): (BodyId, &str),
         spec: &BodySpec,
         dt: f64,
         key: &str,
@@ -179,9 +180,9 @@ impl Timed {
 }
 
 /// The blades in order of spawning.
-fn blades(simulation: &Simulation) -> Vec<Entity> {
+fn blades(simulation: &Simulation) -> Vec<BladeId> {
     let mut blades: Vec<Entity> =
         simulation.world().query::<(Entity, &Blade)>().iter().map(|(entity, _)| entity).collect();
     blades.sort_unstable_by_key(|entity| entity.id());
-    blades
+    blades.into_iter().map(BladeId::from).collect()
 }

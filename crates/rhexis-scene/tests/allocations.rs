@@ -74,7 +74,8 @@ fn a_refined_tear_hardly_allocates() {
     let mut instance = document.scene().unwrap().instantiate().unwrap();
     let body = instance.bodies[0];
     let mut run = |steps: usize| {
-        let advances = |simulation: &Simulation| simulation.world().get::<&TearLog>(body).unwrap().advance_count;
+        let advances =
+            |simulation: &Simulation| simulation.world().get::<&TearLog>(body.entity()).unwrap().advance_count;
         let before = advances(&instance.simulation);
         let count = (0..steps).map(|_| {
             let count = allocations(|| {
@@ -129,7 +130,7 @@ fn an_embedding_loop_allocates_nothing() {
     };
     let mut run = Square { tearing: strong, ..Square::new([40, 34], 60.0) }.spawn(settings);
     let (simulation, body) = (&mut run.simulation, run.body);
-    simulation.world_mut().insert_one(body, Changes::default()).unwrap();
+    simulation.world_mut().insert_one(body.entity(), Changes::default()).unwrap();
     simulation.insert_system(Place::After("contact"), "mine", |_, _| 1).unwrap();
     let keys = simulation.view(body).unwrap().vertex_keys.to_vec();
     simulation.pin(body, "tool", &keys[700..720]).unwrap();
@@ -200,7 +201,7 @@ fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>) {
     };
     let mut run = Square::new([40, 34], 60.0).spawn(settings);
     if let Some(energy) = energy {
-        run.simulation.world_mut().insert_one(run.body, energy).unwrap();
+        run.simulation.world_mut().insert_one(run.body.entity(), energy).unwrap();
     }
     run.stretch_to(if energy.is_some() { 0.4 } else { 0.65 });
     // The first dynamic step after static ones.

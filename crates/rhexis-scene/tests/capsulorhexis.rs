@@ -76,7 +76,8 @@ fn row(figures: &CourseFigures) -> String {
 fn the_tear_follows_the_circle_and_closes() {
     let mut instance = instance("capsulorhexis", &sets(&COARSE));
     let body = instance.bodies[0];
-    let mass = |s: &rhexis::simulation::Simulation| measure::total_mass(&s.world().get::<&Vertices>(body).unwrap());
+    let mass =
+        |s: &rhexis::simulation::Simulation| measure::total_mass(&s.world().get::<&Vertices>(body.entity()).unwrap());
     let start_mass = mass(&instance.simulation);
     let (figures, events) = run(&mut instance);
     assert_eq!(figures.outcome, Outcome::Closed, "{}", row(&figures));
@@ -97,12 +98,13 @@ fn the_tear_follows_the_circle_and_closes() {
     // Sums of some thousand masses: rounding only.
     assert!((mass(simulation) - start_mass).abs() < 1e-12 * start_mass);
     let world = simulation.world();
-    let refined = world.get::<&Refined>(body).unwrap();
+    let refined = world.get::<&Refined>(body.entity()).unwrap();
     assert!(refined.removed_count > 500, "{} vertices taken out of {}", refined.removed_count, refined.split_count);
-    let log = world.get::<&TearLog>(body).unwrap();
+    let log = world.get::<&TearLog>(body.entity()).unwrap();
     assert!(log.smallest_angle.unwrap().to_degrees() >= 10.0);
-    let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
-    validate(&vertices, &triangles, &world.get::<&Topology>(body).unwrap()).unwrap();
+    let (vertices, triangles) =
+        (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Triangles>(body.entity()).unwrap());
+    validate(&vertices, &triangles, &world.get::<&Topology>(body.entity()).unwrap()).unwrap();
 }
 
 #[test]
@@ -128,7 +130,7 @@ fn every_advance_takes_the_toughness_of_the_scene() {
 #[test]
 fn let_go_of_it_runs_out_to_the_rim_by_itself() {
     let mut instance = instance("capsulorhexis-runout", &sets(&COARSE));
-    let until = instance.simulation.world().get::<&Grips>(instance.bodies[0]).unwrap().list[0].until;
+    let until = instance.simulation.world().get::<&Grips>(instance.bodies[0].entity()).unwrap().list[0].until;
     let (figures, events) = run(&mut instance);
     assert_eq!(figures.outcome, Outcome::RanOut, "{}", row(&figures));
     // The rim is a polygon in a circle of 4.9 mm. The tear goes straight there from 160°.
@@ -195,7 +197,7 @@ fn what_tips_remember_of_their_discs_follows_every_edit() {
         let mut query = world.query_one::<(
             (&Vertices, &Triangles, &Topology, &Tips, &TearDecisions),
             (&Tearing, &EnergyCriterion, &PreStretch, &Bending),
-        )>(body);
+        )>(body.entity());
         let ((vertices, triangles, topology, tips, decisions), (tearing, energy, pre_stretch, bending)) =
             query.get().unwrap();
         let unstretched = PreStretch::unstretched(Some(pre_stretch));

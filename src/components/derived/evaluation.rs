@@ -96,7 +96,7 @@ pub struct Forces {
     /// Scratch: contributions of triangles to their corners.
     pub corner: Vec<[DVec3; 3]>,
     /// Whether `scale` is asked for: where Newton's method iterates.
-    pub has_scale: bool,
+    pub(crate) has_scale: bool,
     /// The largest force of a triangle on one of its corners \[N\], of the membrane alone; zero where it is not asked for.
     pub scale: f64,
 }

@@ -30,6 +30,13 @@ impl Curve {
     ///
     /// # Errors
     /// Without points, with a non-finite number, or where the times do not ascend.
+    ///
+    /// # Examples
+    /// ```
+    /// use rhexis::components::{BadCurve, Curve};
+    ///
+    /// assert_eq!(Curve::new(Vec::new()), Err(BadCurve::Empty));
+    /// ```
     pub fn new(points: Vec<(f64, f64)>) -> Result<Self, BadCurve> {
         if points.is_empty() {
             return Err(BadCurve::Empty);

@@ -103,7 +103,7 @@ impl Grips {
 
     /// Takes down the forces \[N\] of jaws that prescribe, from those that keep the prescribed axes of each vertex where they are
     /// at the end of a step \[ms\].
-    pub fn record_constraints(&mut self, time: f64, force: impl Fn(usize) -> DVec3) {
+    pub(crate) fn record_constraints(&mut self, time: f64, force: impl Fn(usize) -> DVec3) {
         for pinch in self.pinches.iter_mut().filter(|pinch| pinch.is_constraint()) {
             let mut forces = std::mem::take(&mut pinch.forces);
             forces.clear();

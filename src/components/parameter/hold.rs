@@ -59,6 +59,36 @@ impl Check for Holds {
 }
 
 impl Hold {
+    /// Vertices held at rest along all axes.
+    ///
+    /// # Examples
+    /// ```
+    /// use rhexis::prelude::*;
+    ///
+    /// let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::allard_2009());
+    /// let left = Hold::new("left", sheet.select(|p| p.x == 0.0));
+    /// let right = Hold::new("right", sheet.select(|p| p.x == 10.0)).moved(DVec3::X, Curve::ramp(1000.0, 3.0)?);
+    /// let sheet = sheet.hold(left).hold(right.along([true, false, false]));
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
+    pub fn new(name: impl Into<String>, vertices: impl IntoIterator<Item = u32>) -> Self {
+        let members = Attached::new(vertices.into_iter().map(|vertex| (vertex, DVec3::ZERO)));
+        Self { name: name.into(), members, axes: [true; 3], curve: Curve::constant(1.0) }
+    }
+
+    /// The hold with all vertices displaced by an offset \[mm\] times the curve.
+    #[must_use]
+    pub fn moved(self, offset: DVec3, curve: Curve) -> Self {
+        let members = Attached::new(self.members.rows().iter().map(|&vertex| (vertex, offset)));
+        Self { members, curve, ..self }
+    }
+
+    /// The hold along these axes only.
+    #[must_use]
+    pub fn along(self, axes: [bool; 3]) -> Self {
+        Self { axes, ..self }
+    }
+
     /// Whether no axis of any vertex is prescribed by another hold as well.
     fn goes_with(&self, second: &Self) -> Result<(), BodyError> {
         let Some(axis) = (0..3).find(|&axis| self.axes[axis] && second.axes[axis]) else { return Ok(()) };

@@ -174,7 +174,7 @@ impl Shape {
     }
 
     /// Half of its least width \[mm\]; infinite for a plane, and for a mesh, which vertices alone feel.
-    pub fn least_half_width(&self) -> f64 {
+    pub(crate) fn least_half_width(&self) -> f64 {
         match *self {
             Self::Plane { .. } | Self::Mesh { .. } => f64::INFINITY,
             Self::Sphere { radius, .. } | Self::Capsule { radius, .. } => radius,

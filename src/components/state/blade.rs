@@ -2,9 +2,8 @@
 
 use crate::components::BodyError;
 use crate::components::check::{Check, Host, Owner, finite, positive};
-use crate::storage::TipKey;
+use crate::storage::{BodyId, TipKey};
 use glam::DVec3;
-use hecs::Entity;
 
 /// The edge of a blade in the world, an entity of its own, drawn by the host through the
 /// [`Simulation`](crate::simulation::Simulation). *State.*
@@ -16,8 +15,7 @@ pub struct Blade {
     /// Shortest cut \[mm, rest shape\]: strokes are saved up until they are as long. Half an edge of the mesh or more.
     pub least: f64,
     /// The body in which the edge is.
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::option"))]
-    pub body: Option<Entity>,
+    pub body: Option<BodyId>,
     /// Where its next cut begins, in that body's rest shape \[mm\].
     pub from: DVec3,
     /// The tip that its last cut has left, of a body that can tear: where that has gone on, the blade goes on from there.

@@ -7,9 +7,8 @@
 use crate::components::check::{Check, Host, Owner};
 use crate::components::{BodyError, Jaws};
 use crate::math::elementary;
-use crate::storage::{Attached, VertexKey, Vertices};
+use crate::storage::{Attached, BodyId, ForcepsId, VertexKey, Vertices};
 use glam::{DQuat, DVec3};
-use hecs::Entity;
 
 /// Where the jaws are and how they are turned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -96,8 +95,7 @@ pub struct Forceps {
     /// Where they are and where they go.
     pub motion: Motion,
     /// The body of which they hold a part.
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::option"))]
-    pub body: Option<Entity>,
+    pub body: Option<BodyId>,
     /// Force of the jaws on the tissue \[N\] at the last step; the hand feels the opposite.
     pub force: DVec3,
     /// Torque of the jaws on the tissue about their position \[N·mm\] at the last step.
@@ -135,8 +133,7 @@ pub struct Pinch {
     /// Name in events.
     pub name: String,
     /// The forceps in the world that hold it; `None` for a grip.
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::option"))]
-    pub forceps: Option<Entity>,
+    pub forceps: Option<ForcepsId>,
     /// How they hold.
     pub jaws: Jaws,
     /// The jaws' motion, of a script that of this step.

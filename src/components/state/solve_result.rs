@@ -34,7 +34,7 @@ pub struct SolveResult {
     /// Work that this step has taken, retries and resumes included, in iterations of linear solves.
     pub work: u32,
     /// Work of an advance of a tear; none of a body that does not tear.
-    pub work_of_advance: u32,
+    pub(crate) work_of_advance: u32,
     /// Whether a tear that was due has had to do without its second solve, for which the budget had no room.
     pub is_tear_undecided: bool,
     /// Why the last step of the body was given up.
@@ -43,7 +43,7 @@ pub struct SolveResult {
 
 impl SolveResult {
     /// Number of a body's rows to work on in this iteration: all of them, or none.
-    pub fn rows_to_solve(&self, rows: usize) -> usize {
+    pub(crate) fn rows_to_solve(&self, rows: usize) -> usize {
         if self.is_done { 0 } else { rows }
     }
 

@@ -77,7 +77,7 @@ impl TearLog {
     }
 
     /// Keeps the smallest angle \[rad\]; π stands for no triangle at all.
-    pub fn note_angle(&mut self, angle: f64) {
+    pub(crate) fn note_angle(&mut self, angle: f64) {
         if angle < std::f64::consts::PI {
             self.smallest_angle = Some(self.smallest_angle.map_or(angle, |least| least.min(angle)));
         }

@@ -31,7 +31,7 @@ pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
             continue;
         }
         let Grips { list, pinches, grasp_count } = grips;
-        pinches.retain(|pinch| pinch.forceps.is_none_or(|entity| forceps.contains(&entity)));
+        pinches.retain(|pinch| pinch.forceps.is_none_or(|entity| forceps.contains(&entity.entity())));
         let (start, end) = (step.end() - step.dt, step.end());
         for (grip, pinch) in list.iter().zip(pinches.iter_mut()) {
             // Judged where the step begins, which is one time for a step and for the first half in which it is retried.
@@ -105,7 +105,7 @@ pub fn feel(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             let is_open = slip(pinch, vertices, step.time, log);
             if let Some(forceps) = pinch.forceps {
-                told.push((forceps, pinch.force, pinch.torque, is_open));
+                told.push((forceps.entity(), pinch.force, pinch.torque, is_open));
             }
             if is_open {
                 pinch.release();

@@ -228,7 +228,7 @@ mod tests {
         let body = simulation.spawn(Membrane::new("sheet", mesh, Material::allard_2009())).unwrap();
         let mut solver = MixedSolver::default();
         let is_found = [4.3, 14.3].map(|y| {
-            let mut tables = simulation.world().query_one::<(&Vertices, &Triangles, &Topology)>(body);
+            let mut tables = simulation.world().query_one::<(&Vertices, &Triangles, &Topology)>(body.entity());
             solver.follow(tables.get().unwrap(), false);
             drop(tables);
             simulation.cut(body, &[DVec3::new(9.0, y, 0.0), DVec3::new(11.0, y + 0.3, 0.0)]).unwrap();

@@ -1,19 +1,18 @@
 //! The linear model of the tissue at a tool, against the simulation itself.
 
 use glam::{DMat3, DVec3};
-use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Grip, Grips, Hold, Jaws, Material, Path};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Coupling, HapticBlend, HapticError, Haptics, Simulation, ToolSpring};
-use rhexis::storage::{Attached, Vertices};
+use rhexis::storage::{Attached, BodyId, Vertices};
 
 /// Stiffness of the pinch \[N/mm\]: of the order of the tissue's own under it.
 const PINCH: f64 = 0.2;
 
 /// A taut sheet clamped around, pinched in the middle and drawn to `hand` \[mm\] within 10 ms, then to wherever the path goes.
-fn pinched(cells: usize, hand: DVec3) -> (Simulation, Entity) {
+fn pinched(cells: usize, hand: DVec3) -> (Simulation, BodyId) {
     let mesh = generate::grid(20.0, 20.0, cells, cells).unwrap();
     let mut sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0));
     let rim = sheet.select(|p| p.x == 0.0 || p.y == 0.0 || p.x == 20.0 || p.y == 20.0);
@@ -38,15 +37,15 @@ fn pinched(cells: usize, hand: DVec3) -> (Simulation, Entity) {
 }
 
 /// Draws the hand to a place and gives the force there in equilibrium.
-fn force_at(simulation: &mut Simulation, body: Entity, hand: DVec3) -> DVec3 {
+fn force_at(simulation: &mut Simulation, body: BodyId, hand: DVec3) -> DVec3 {
     simulation.entity_mut::<&mut Grips>(body).unwrap().list[0].path.points[1].1 = hand;
     simulation.settle(0.0, 1e-9).unwrap();
     let coupling = simulation.coupling_of_grip(body, 0).unwrap();
     force(simulation, body, &coupling)
 }
 
-fn force(simulation: &Simulation, body: Entity, coupling: &Coupling) -> DVec3 {
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+fn force(simulation: &Simulation, body: BodyId, coupling: &Coupling) -> DVec3 {
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     let Coupling::Springs { springs, .. } = coupling else { panic!("a grip has springs") };
     let pull = |s: &ToolSpring| (s.point - vertices.position[vertices.row(s.vertex).unwrap() as usize]) * s.stiffness;
     springs.iter().map(pull).sum()
@@ -133,7 +132,7 @@ fn pins_have_a_model_too() {
 }
 
 /// Moves the hand and steps.
-fn step_to(simulation: &mut Simulation, body: Entity, hand: DVec3) {
+fn step_to(simulation: &mut Simulation, body: BodyId, hand: DVec3) {
     simulation.entity_mut::<&mut Grips>(body).unwrap().list[0].path.points[1].1 = hand;
     simulation.step(5.0).unwrap();
 }

@@ -31,7 +31,7 @@ fn tips_and_pieces_are_those_of_the_tear() {
 #[test]
 fn copies_have_the_rest_position_of_their_source() {
     let mut run = Square::new([20, 16], 60.0).spawn(Settings::default());
-    run.simulation.world_mut().insert_one(run.body, Changes::default()).unwrap();
+    run.simulation.world_mut().insert_one(run.body.entity(), Changes::default()).unwrap();
     let mut changes = ChangeSet::default();
     run.simulation.drain_changes(run.body, &mut changes).unwrap();
     run.simulation.cut(run.body, &[DVec3::new(5.0, 0.0, 0.0), DVec3::new(5.0, 6.0, 0.0)]).unwrap();
@@ -68,9 +68,9 @@ fn tools_and_obstacles_are_listed_and_all_is_judged_on_request() {
     let blade = simulation.spawn_blade(0.5, 1.0).unwrap();
     let shape = Shape::Sphere { centre: DVec3::new(0.0, 0.0, 9.0), radius: 1.0 };
     let obstacle = simulation.spawn_obstacle(Obstacle { shape }).unwrap();
-    assert_eq!((simulation.tools(), simulation.obstacles()), (vec![forceps, blade], vec![obstacle]));
+    assert_eq!((simulation.tools(), simulation.obstacles()), (vec![forceps.entity(), blade.entity()], vec![obstacle]));
     simulation.validate().unwrap();
-    simulation.world_mut().get::<&mut Tearing>(run.body).unwrap().radius = -1.0;
+    simulation.world_mut().get::<&mut Tearing>(run.body.entity()).unwrap().radius = -1.0;
     let error = Error::from(simulation.validate().unwrap_err());
     assert!(matches!(error, Error::Simulation(SimulationError::Written(_))) && error.kind() == ErrorKind::InvalidInput);
     assert!(error.to_string().contains("Tearing"), "{error}");

@@ -139,9 +139,9 @@ fn a_mirror_of_the_changes_equals_the_arrays_bit_for_bit() {
         }
         keep(&mut simulation);
         let world = simulation.world();
-        advances += world.get::<&TearLog>(body).unwrap().advance_count;
-        removals += world.get::<&Refined>(body).unwrap().removed_count;
-        assert!(mirror.removals > 0 || world.get::<&Refined>(body).unwrap().removed_count == 0);
+        advances += world.get::<&TearLog>(body.entity()).unwrap().advance_count;
+        removals += world.get::<&Refined>(body.entity()).unwrap().removed_count;
+        assert!(mirror.removals > 0 || world.get::<&Refined>(body.entity()).unwrap().removed_count == 0);
     }
     println!("{parts} lists of up to {most} changes, {wholes} times the whole");
     // The first time and after the new order, and few more where much was refined between two looks.

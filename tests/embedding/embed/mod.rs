@@ -163,7 +163,7 @@ fn debug_lines_show_what_there_is() {
     run.step();
     let floor = Obstacle { shape: Shape::Plane { point: DVec3::Z * 0.1, normal: DVec3::Z } };
     run.simulation.spawn_obstacle(floor).unwrap();
-    run.simulation.world_mut().insert_one(run.body, Contact { stiffness: Some(0.1), friction: 0.0 }).unwrap();
+    run.simulation.world_mut().insert_one(run.body.entity(), Contact { stiffness: Some(0.1), friction: 0.0 }).unwrap();
     let (mut lines, mut none) = (Vec::new(), Vec::new());
     run.simulation.debug_lines(run.body, &DebugLines::all(0.5), &mut lines).unwrap();
     let nothing = DebugLines { frames: false, fibres: false, stress: None, tips: false, contacts: false, grips: false };
@@ -196,7 +196,7 @@ fn only_a_body_that_asks_for_it_keeps_a_list() {
     let mut run = Square::new([10, 8], 60.0).spawn(Settings::default());
     let mut changes = rhexis::components::ChangeSet::default();
     assert_eq!(run.simulation.drain_changes(run.body, &mut changes), Err(SimulationError::NoSuchComponents));
-    run.simulation.world_mut().insert_one(run.body, Changes::default()).unwrap();
+    run.simulation.world_mut().insert_one(run.body.entity(), Changes::default()).unwrap();
     run.simulation.drain_changes(run.body, &mut changes).unwrap();
     assert!(changes.is_whole && changes.vertices.iter().eq([&(0..changes.vertex_count)]));
     run.simulation.drain_changes(run.body, &mut changes).unwrap();

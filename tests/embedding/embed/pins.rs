@@ -7,14 +7,14 @@ use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Pin, PinError, Simulation};
-use rhexis::storage::VertexKey;
+use rhexis::storage::{BodyId, VertexKey};
 
 fn sheet() -> Membrane {
     let mesh = generate::grid(10.0, 10.0, 10, 10).unwrap();
     Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0)).planar()
 }
 
-fn at_x(simulation: &mut Simulation, body: hecs::Entity, x: f64) -> Vec<VertexKey> {
+fn at_x(simulation: &mut Simulation, body: BodyId, x: f64) -> Vec<VertexKey> {
     let view = simulation.view(body).unwrap();
     let is_there = |(_, p): &(&VertexKey, &DVec3)| p.x == x;
     view.vertex_keys.iter().zip(view.rest_positions).filter(is_there).map(|(key, _)| *key).collect()

@@ -9,10 +9,10 @@ use rhexis::math::{FibreLaw, RestTriangle, Sym2};
 use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::{Accuracy, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Vertices};
+use rhexis::storage::{Attached, BodyId, Vertices};
 use rhexis::systems::kernels::{membrane, path_work::Element};
 
-fn simulate(settings: Settings, membrane: Membrane) -> (Simulation, hecs::Entity) {
+fn simulate(settings: Settings, membrane: Membrane) -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..settings }).unwrap();
     let body = simulation.spawn(membrane).unwrap();
     (simulation, body)
@@ -107,7 +107,7 @@ fn under_a_hand(settings: Settings, dt: f64, damping: f64) -> EnergyBalance {
         assert!(!report.has_failed, "dt {dt}");
         most = most.max(simulation.energies(body).unwrap().elastic);
     }
-    let positions = simulation.world().get::<&Vertices>(body).unwrap().position.clone();
+    let positions = simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone();
     assert!(positions.iter().all(|x| x.is_finite() && x.length() < 30.0), "dt {dt}");
     let b = simulation.energy_balance(body).unwrap().unwrap();
     println!(
@@ -134,7 +134,7 @@ fn drawn_out_a_hundredfold_and_crushed_nothing_is_lost() {
             for is_planar in [false, true] {
                 let membrane = if is_planar { sheet(20.0).planar() } else { sheet(20.0) };
                 let (mut simulation, body) = simulate(settings, membrane);
-                for x in &mut simulation.world_mut().get::<&mut Vertices>(body).unwrap().position {
+                for x in &mut simulation.world_mut().get::<&mut Vertices>(body.entity()).unwrap().position {
                     *x = map * *x;
                 }
                 let energy = simulation.energies(body).unwrap().elastic;
@@ -143,7 +143,7 @@ fn drawn_out_a_hundredfold_and_crushed_nothing_is_lost() {
                 for _ in 0..5 {
                     let _ = simulation.step(1.0);
                 }
-                let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+                let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
                 assert!(vertices.position.iter().chain(&vertices.velocity).all(|x| x.is_finite()));
             }
         }
@@ -159,7 +159,7 @@ fn a_tear_goes_on_through_a_snapshot() {
     let membrane = common::Square::new([12, 10], 60.0).membrane().with(law.clone());
     let (mut simulation, body) = simulate(Settings::default(), membrane);
     simulation.cut(body, &common::NOTCH).unwrap();
-    let is_torn = |s: &Simulation| s.world().get::<&TearLog>(body).is_ok_and(|log| log.advance_count > 0);
+    let is_torn = |s: &Simulation| s.world().get::<&TearLog>(body.entity()).is_ok_and(|log| log.advance_count > 0);
     let mut steps = 0;
     while !is_torn(&simulation) && steps < 100 {
         simulation.step(common::DT).unwrap();
@@ -173,7 +173,7 @@ fn a_tear_goes_on_through_a_snapshot() {
     };
     let wanted = go_on(&mut simulation);
     simulation.restore(&snapshot).unwrap();
-    assert_eq!(*simulation.world().get::<&HolzapfelGasserOgden>(body).unwrap(), law);
+    assert_eq!(*simulation.world().get::<&HolzapfelGasserOgden>(body.entity()).unwrap(), law);
     assert_eq!(go_on(&mut simulation), wanted);
 }
 

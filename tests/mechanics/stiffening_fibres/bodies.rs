@@ -3,14 +3,13 @@
 use super::{FIBRES, sheet, simulate};
 use crate::common::{self, Square};
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::*;
 use rhexis::generate;
 use rhexis::math::{FibreLaw, Sym2};
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Accuracy, Advanced, LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Topology, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Topology, Triangles, Vertices};
 use rhexis::systems::fracture::Surface;
 
 /// Holds of every vertex of the rim, in the plane, at its place times `gradient` within 1 ms.
@@ -50,9 +49,10 @@ fn a_patch_under_uniform_stretch_has_the_stress_of_the_law() {
         // Imbalance of 1e-13 of the forces, and the rounding of positions.
         assert!((found / (energy * area) - 1.0).abs() < 1e-12, "{found} against {}", energy * area);
         let world = simulation.world();
-        let (vertices, triangles) = (&*world.get::<&Vertices>(body).unwrap(), &*world.get::<&Triangles>(body).unwrap());
-        let topology = &*world.get::<&Topology>(body).unwrap();
-        let pre_stretch = world.get::<&PreStretch>(body).ok();
+        let (vertices, triangles) =
+            (&*world.get::<&Vertices>(body.entity()).unwrap(), &*world.get::<&Triangles>(body.entity()).unwrap());
+        let topology = &*world.get::<&Topology>(body.entity()).unwrap();
+        let pre_stretch = world.get::<&PreStretch>(body.entity()).ok();
         let unstretched = PreStretch::unstretched(pre_stretch.as_deref());
         let surface = Surface {
             vertices,
@@ -63,7 +63,7 @@ fn a_patch_under_uniform_stretch_has_the_stress_of_the_law() {
             fibres: Some(FibreLaw::Stiffening(FIBRES)),
             bending: None,
         };
-        for (t, state) in world.get::<&Frames>(body).unwrap().states().enumerate() {
+        for (t, state) in world.get::<&Frames>(body.entity()).unwrap().states().enumerate() {
             // The criterion's own way to the stress, and the solver's.
             for found in [surface.stress(t), state.stress] {
                 let off = found - wanted;
@@ -89,7 +89,7 @@ fn a_strip_follows_the_curve_of_the_law() {
     // The limit is at 67 %.
     for e in [0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.7, 0.4] {
         let curve = Curve::new(vec![(time, 0.0), (time + 1.0, e)]).unwrap();
-        simulation.world().get::<&mut Holds>(body).unwrap().groups[2].curve = curve;
+        simulation.world().get::<&mut Holds>(body.entity()).unwrap().groups[2].curve = curve;
         time += 1.0;
         let iterations = simulation.settle(1.0, 1e-12).unwrap().bodies[0].newton_iterations;
         let limit = 2.0 / FIBRES.k2.sqrt();
@@ -105,17 +105,17 @@ fn a_strip_follows_the_curve_of_the_law() {
     assert!(worst < 1e-9, "{worst:e}");
 }
 
-fn momentum(simulation: &Simulation, body: Entity) -> DVec3 {
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+fn momentum(simulation: &Simulation, body: BodyId) -> DVec3 {
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     let rows = vertices.position.iter().zip(&vertices.velocity).zip(&vertices.mass);
     rows.map(|((x, v), m)| x.cross(*v) * *m).sum()
 }
 
 /// A free sheet that is drawn out by 20 % along its fibres and spins.
-fn free_sheet(settings: Settings) -> (Simulation, Entity) {
+fn free_sheet(settings: Settings) -> (Simulation, BodyId) {
     let (mut simulation, body) = simulate(settings, sheet(0.0));
     {
-        let mut vertices = simulation.world_mut().get::<&mut Vertices>(body).unwrap();
+        let mut vertices = simulation.world_mut().get::<&mut Vertices>(body.entity()).unwrap();
         let Vertices { position, velocity, .. } = &mut *vertices;
         for (x, v) in position.iter_mut().zip(velocity) {
             x.x *= 1.2;
@@ -180,7 +180,7 @@ fn stretched_a_hundredfold_nothing_is_lost() {
         for k2 in [1e-9, 9.0, 1e4, 1e9] {
             let membrane = sheet(20.0).with(StiffeningFibres { k1: 6.0, k2 });
             let (mut simulation, body) = simulate(settings, membrane);
-            for x in &mut simulation.world_mut().get::<&mut Vertices>(body).unwrap().position {
+            for x in &mut simulation.world_mut().get::<&mut Vertices>(body.entity()).unwrap().position {
                 *x *= 100.0;
             }
             let energy = simulation.energies(body).unwrap().elastic;
@@ -189,7 +189,7 @@ fn stretched_a_hundredfold_nothing_is_lost() {
             for _ in 0..5 {
                 let _ = simulation.step(1.0);
             }
-            let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+            let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
             assert!(vertices.position.iter().chain(&vertices.velocity).all(|x| x.is_finite()), "k2 {k2}");
         }
     }
@@ -242,8 +242,9 @@ fn a_tear_is_found_by_the_whole_stress_and_goes_on_through_a_snapshot() {
         let membrane = if let Some(fibres) = fibres { membrane.with(fibres) } else { membrane };
         let (mut simulation, body) = simulate(Settings::default(), membrane);
         simulation.cut(body, &common::NOTCH).unwrap();
-        let is_torn =
-            |simulation: &Simulation| simulation.world().get::<&TearLog>(body).is_ok_and(|log| log.advance_count > 0);
+        let is_torn = |simulation: &Simulation| {
+            simulation.world().get::<&TearLog>(body.entity()).is_ok_and(|log| log.advance_count > 0)
+        };
         let mut steps = 0;
         while !is_torn(&simulation) && steps < 100 {
             simulation.step(common::DT).unwrap();
@@ -252,7 +253,11 @@ fn a_tear_is_found_by_the_whole_stress_and_goes_on_through_a_snapshot() {
         (simulation, body, steps)
     };
     let (linear, body, late) = run(None);
-    assert_eq!(linear.world().get::<&Frames>(body).unwrap().stiffened.capacity(), 0, "no memory without the component");
+    assert_eq!(
+        linear.world().get::<&Frames>(body.entity()).unwrap().stiffened.capacity(),
+        0,
+        "no memory without the component"
+    );
     let (mut simulation, _, early) = run(Some(StiffeningFibres { k1: 40.0, k2: 50.0 }));
     println!("torn in step {late} without, in step {early} with fibres that stiffen");
     // Fibres across the load's way share it otherwise.

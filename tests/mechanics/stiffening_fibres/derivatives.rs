@@ -56,14 +56,20 @@ impl Tables {
     fn new(is_planar: bool, noise: f64, law: FibreLaw) -> Self {
         let (simulation, body) = simulate(Settings::default(), sheet(30.0));
         let world = simulation.world();
-        let mut vertices = (*world.get::<&Vertices>(body).unwrap()).clone();
+        let mut vertices = (*world.get::<&Vertices>(body.entity()).unwrap()).clone();
         let mut next = numbers();
         let depth = if is_planar { 0.0 } else { noise };
         vertices.position.iter_mut().for_each(|x| {
             *x = DVec3::new(1.2 * x.x, 1.1 * x.y, 0.0) + DVec3::new(noise * next(), noise * next(), depth * next());
         });
-        let triangles = (*world.get::<&Triangles>(body).unwrap()).clone();
-        Self { vertices, triangles, topology: (*world.get::<&Topology>(body).unwrap()).clone(), is_planar, law }
+        let triangles = (*world.get::<&Triangles>(body.entity()).unwrap()).clone();
+        Self {
+            vertices,
+            triangles,
+            topology: (*world.get::<&Topology>(body.entity()).unwrap()).clone(),
+            is_planar,
+            law,
+        }
     }
 
     fn frames(&self, tangent: Tangent) -> Frames {

@@ -3,12 +3,12 @@
 mod bodies;
 mod derivatives;
 
-use hecs::Entity;
 use rhexis::components::{Fibres, Material, StiffeningFibres};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
+use rhexis::storage::BodyId;
 
 const FIBRES: StiffeningFibres = StiffeningFibres { k1: 6.0, k2: 9.0 };
 
@@ -18,7 +18,7 @@ fn sheet(degrees: f64) -> Membrane {
     Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(degrees)).with(FIBRES)
 }
 
-fn simulate(settings: Settings, membrane: Membrane) -> (Simulation, Entity) {
+fn simulate(settings: Settings, membrane: Membrane) -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..settings }).unwrap();
     let body = simulation.spawn(membrane).unwrap();
     (simulation, body)

@@ -6,10 +6,10 @@ use bevy::diagnostic::FrameCountPlugin;
 use bevy::mesh::{Indices, MeshPlugin, VertexAttributeValues};
 use bevy::prelude::*;
 use bevy::time::{TimePlugin, TimeUpdateStrategy};
-use bevy_rhexis::rhexis::hecs;
 use bevy_rhexis::rhexis::prelude::{
     Attached, Curve, DVec3, Damping, Fibres, Hold, Jaws, Material, Membrane, Slip, Tearing, generate,
 };
+use bevy_rhexis::rhexis::storage::BodyId;
 use bevy_rhexis::*;
 use std::time::Duration;
 
@@ -49,18 +49,18 @@ pub fn sheet(name: &str) -> Membrane {
 }
 
 /// Spawns a tissue and has the engine take it.
-pub fn spawn(app: &mut App, tissue: Tissue) -> (Entity, hecs::Entity) {
+pub fn spawn(app: &mut App, tissue: Tissue) -> (Entity, BodyId) {
     let entity = app.world_mut().spawn((tissue, Name::new("sheet"))).id();
     app.update();
     (entity, body(app, entity))
 }
 
-pub fn body(app: &App, tissue: Entity) -> hecs::Entity {
+pub fn body(app: &App, tissue: Entity) -> BodyId {
     app.world().get::<TissueBody>(tissue).expect("the tissue was taken").body()
 }
 
 /// Cuts a notch down from the upper side.
-pub fn notch(app: &mut App, body: hecs::Entity) {
+pub fn notch(app: &mut App, body: BodyId) {
     let line = [DVec3::new(SIDE / 2.0, SIDE, 0.0), DVec3::new(SIDE / 2.0, SIDE - 4.0, 0.0)];
     engine(app).simulation_mut().cut(body, &line).unwrap();
 }

@@ -14,7 +14,7 @@ fn a_despawned_entity_takes_its_body_along() {
     app.update();
     let handle = app.world().get::<Mesh3d>(tissue).unwrap().0.id();
     app.world_mut().despawn(tissue);
-    assert!(!engine(&mut app).simulation().world().contains(body));
+    assert!(!engine(&mut app).simulation().world().contains(body.entity()));
     (0..3).for_each(|_| app.update());
     assert!(engine(&mut app).simulation().bodies().is_empty());
     assert!(app.world().resource::<Assets<Mesh>>().get(handle).is_none(), "its mesh is freed");
@@ -45,7 +45,7 @@ fn a_tissue_taken_off_leaves_an_entity_without_body() {
     let (tissue, body) = spawn(&mut app, Tissue::new(sheet("sheet")));
     app.world_mut().entity_mut(tissue).remove::<Tissue>();
     app.update();
-    assert!(!engine(&mut app).simulation().world().contains(body));
+    assert!(!engine(&mut app).simulation().world().contains(body.entity()));
     let entity = app.world().entity(tissue);
     assert!(!entity.contains::<TissueBody>() && !entity.contains::<Mesh3d>());
 }

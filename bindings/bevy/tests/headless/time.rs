@@ -100,5 +100,5 @@ fn a_world_in_metres_lies_where_it_is_told_to() {
     let space = *engine(&mut app).space();
     let there = space.to_world(space.to_engine(corner));
     assert!(there.distance(corner) < 1e-6);
-    assert!(engine(&mut app).simulation().world().contains(body));
+    assert!(engine(&mut app).simulation().world().contains(body.entity()));
 }

@@ -94,7 +94,7 @@ fn torn() -> Frame {
     let body = simulation.spawn(membrane.with(attributes)).unwrap();
     simulation.cut(body, &[dvec3(-3.1, 0.2, 0.0), dvec3(0.4, 1.0, 0.0), dvec3(3.3, -0.7, 0.0)]).unwrap();
     // Every vertex by another way, so that the lips part: a reader joins what lies at one place.
-    let mut vertices = simulation.world_mut().get::<&mut Vertices>(body).unwrap();
+    let mut vertices = simulation.world_mut().get::<&mut Vertices>(body.entity()).unwrap();
     (0..).zip(&mut vertices.position).for_each(|(row, x)| x.z += 0.01 * x.x * x.x + 1e-3 * f64::from(row));
     drop(vertices);
     simulation.frame()

@@ -39,7 +39,7 @@ fn regions_select_by_lists_boxes_and_balls() {
         let hold = format!("[[bodies.holds]]\nname = 'h'\nregion = {{ {region} }}\n");
         let instance = scene("static", "", &hold).unwrap();
         let world = instance.simulation.world();
-        let holds = world.get::<&rhexis::components::Holds>(instance.bodies[0]).unwrap();
+        let holds = world.get::<&rhexis::components::Holds>(instance.bodies[0].entity()).unwrap();
         assert_eq!(holds.groups[0].members.rows().len(), count, "{region}");
     }
     for (bad, what) in [
@@ -60,7 +60,7 @@ fn a_pre_stretch_may_be_a_tensor() {
     let strain = |text: &str| {
         let instance = scene("static", &format!("pre_stretch = {text}"), LEFT)?;
         let world = instance.simulation.world();
-        Ok::<_, String>(world.get::<&rhexis::components::PreStretch>(instance.bodies[0]).unwrap().strain)
+        Ok::<_, String>(world.get::<&rhexis::components::PreStretch>(instance.bodies[0].entity()).unwrap().strain)
     };
     assert_eq!(strain("[[0.1, 0.01], [0.01, 0.02]]"), strain("[0.1, 0.02, 0.01]"));
     assert!(strain("[[0.1, 0.01], [0.02, 0.02]]").unwrap_err().contains("symmetric tensor"));
@@ -78,7 +78,7 @@ fn a_box_and_a_cylinder_hold_a_sheet() {
         for _ in 0..60 {
             instance.advance().unwrap();
         }
-        let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0]).unwrap();
+        let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0].entity()).unwrap();
         let middle = vertices.rest_position.iter().position(|p| *p == DVec3::new(5.0, 5.0, 0.0)).unwrap();
         // 60 ms of free fall are 17 mm; a penalty lets it in by less than a tenth of an edge.
         assert!((-0.35..0.01).contains(&vertices.position[middle].z), "{obstacle}: {}", vertices.position[middle]);
@@ -161,7 +161,7 @@ fn holds_along_a_direction_and_clamps_under_a_force() {
     let mut instance = scene("static", "planar = true", skew).unwrap();
     instance.advance().unwrap();
     let (simulation, body) = (&instance.simulation, instance.bodies[0]);
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     let rows: Vec<usize> = (0..vertices.len()).filter(|&v| vertices.rest_position[v].x == 10.0).collect();
     let gone = |v: usize| vertices.position[v] - vertices.rest_position[v];
     // Along (1, 1) by the offset's part; across it as the sheet will.
@@ -175,7 +175,7 @@ fn holds_along_a_direction_and_clamps_under_a_force() {
     let mut instance = scene("static", "", clamp).unwrap();
     instance.advance().unwrap();
     let (simulation, body) = (&instance.simulation, instance.bodies[0]);
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     let rows: Vec<usize> = (0..vertices.len()).filter(|&v| vertices.rest_position[v].x == 10.0).collect();
     let gone = |v: usize| vertices.position[v] - vertices.rest_position[v];
     assert!(rows.iter().all(|&v| gone(v).distance(gone(rows[0])) < 1e-12));

@@ -25,14 +25,14 @@ fn every_scene_of_the_catalog_checks_and_steps() {
             assert!(!report.has_failed, "{}", entry.name);
         }
         for &body in &instance.bodies {
-            let vertices = instance.simulation.world().get::<&Vertices>(body).unwrap();
+            let vertices = instance.simulation.world().get::<&Vertices>(body.entity()).unwrap();
             assert!(vertices.position.iter().all(|x| x.is_finite()), "{}", entry.name);
         }
     }
 }
 
 fn vertex_at(instance: &rhexis_scene::Instance, x: f64, y: f64) -> glam::DVec3 {
-    let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0]).unwrap();
+    let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0].entity()).unwrap();
     let near = vertices.rest_position.iter().position(|p| (p.x - x).hypot(p.y - y) < 1e-9).unwrap();
     vertices.position[near] - vertices.rest_position[near]
 }
@@ -58,7 +58,7 @@ fn the_free_triangle_follows_the_listed_backward_euler_steps() {
         instance.advance().unwrap();
     }
     assert_eq!(instance.step(), 100);
-    let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0]).unwrap();
+    let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0].entity()).unwrap();
     for (x, listed) in vertices.position.iter().zip(listed) {
         // Newton stops at 1e-12 of the corner force in each of 100 steps.
         assert!((x.x - listed[0]).abs() < 1e-8 && (x.y - listed[1]).abs() < 1e-8, "{x}");

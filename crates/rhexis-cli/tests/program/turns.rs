@@ -30,7 +30,7 @@ const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 0\ng south\nf 1
 fn held(folder: &Path, file: &str, region: &str) -> Result<Vec<u32>, String> {
     let hold = format!("[[bodies.holds]]\nname = 'h'\nregion = {{ {region} }}\n");
     let instance = scene(folder, "static", &format!("mesh = {{ file = '{file}' }}"), &hold)?;
-    let holds = instance.simulation.world().get::<&Holds>(instance.bodies[0]).unwrap();
+    let holds = instance.simulation.world().get::<&Holds>(instance.bodies[0].entity()).unwrap();
     Ok(holds.groups[0].members.rows().to_vec())
 }
 
@@ -75,7 +75,7 @@ fn a_turned_hold_stands_where_it_is_turned_to_and_its_torque_is_that_of_the_ener
     let (instance, _) = turned(10.0);
     let body = instance.bodies[0];
     let torques = instance.simulation.torques(body).unwrap();
-    let vertices = instance.simulation.world().get::<&Vertices>(body).unwrap();
+    let vertices = instance.simulation.world().get::<&Vertices>(body.entity()).unwrap();
     let (sin, cos) = 10_f64.to_radians().sin_cos();
     for (rest, x) in vertices.rest_position.iter().zip(&vertices.position).filter(|(rest, _)| rest.x == 10.0) {
         let arm = rest.y - 5.0;
@@ -107,7 +107,7 @@ fn an_obstacle_that_turns_takes_the_sheet_along_and_its_force_is_in_the_files() 
         let forces = instance.obstacle_forces();
         assert_eq!(forces[0].0, "flap");
         assert!(forces[0].1.z > 0.0, "{forces:?}");
-        let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0]).unwrap();
+        let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0].entity()).unwrap();
         let (sin, cos) = 20_f64.to_radians().sin_cos();
         let mut highest = 0.0_f64;
         for x in &vertices.position {
@@ -155,7 +155,7 @@ fn a_closed_mesh_holds_a_sheet_as_the_box_that_it_is() {
             instance.advance().unwrap();
         }
         let z = |p: &Vertices| p.position.iter().map(|x| x.z).collect::<Vec<f64>>();
-        let positions = z(&instance.simulation.world().get::<&Vertices>(instance.bodies[0]).unwrap());
+        let positions = z(&instance.simulation.world().get::<&Vertices>(instance.bodies[0].entity()).unwrap());
         (positions, instance.obstacle_forces()[0].1)
     };
     let (mesh, force) = run("mesh = { file = 'tool.obj' }");
@@ -206,7 +206,7 @@ fn a_turning_rod_twists_what_it_pushes() {
     let (simulation, body) = (&instance.simulation, instance.bodies[0]);
     let torque = simulation.torques(body).unwrap()[0].1.z;
     let force = instance.obstacle_forces()[0].1;
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     // Thirty times the membrane's own E·h at each vertex under the rod's end, which stands at 0.35 mm.
     let (stiffness, top) = (30.0 * 0.1, 0.35);
     let (mut pushed, mut twisted) = (0.0, 0.0);

@@ -5,13 +5,12 @@ use super::clock::Stopwatch;
 use super::errors::norm_sq;
 use super::trace::nodal_stress;
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Frames, Increment, SolveResult};
 use rhexis::math::Sym2;
 use rhexis::schedule::{STEP, Stage, System};
 use rhexis::settings::{Advanced, LinearParams, Precision, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Topology, Triangles, Vertices};
+use rhexis::storage::{BodyId, Topology, Triangles, Vertices};
 use rhexis::systems::StepContext;
 use rhexis::systems::parallel::Pool;
 use rhexis::systems::solver::{Factor, MixedSolver};
@@ -52,14 +51,14 @@ pub(super) struct Solved {
 /// A body on the brink of a solve: the step has begun and everything up to the solve is done.
 pub(super) struct Isolated {
     simulation: Simulation,
-    body: Entity,
+    body: BodyId,
     dt: f64,
     start: Vertices,
 }
 
 impl Isolated {
     /// The solve of a step of `dt` \[ms\] from the state that the simulation is in.
-    pub(super) fn new(simulation: Simulation, body: Entity, dt: f64) -> Result<Self, BenchError> {
+    pub(super) fn new(simulation: Simulation, body: BodyId, dt: f64) -> Result<Self, BenchError> {
         let start = one::<Vertices>(&simulation, body)?;
         Ok(Self { simulation, body, dt, start })
     }
@@ -67,14 +66,14 @@ impl Isolated {
     /// Forgets what earlier solves have left to be used again.
     pub(super) fn forget(&mut self) {
         // The body lives: it was found when this was made.
-        let _ = self.simulation.world_mut().insert(self.body, (Factor::default(), MixedSolver::default()));
+        let _ = self.simulation.world_mut().insert(self.body.entity(), (Factor::default(), MixedSolver::default()));
     }
 
     /// Solves from a first guess of zero, with what earlier solves have left.
     pub(super) fn solve(&mut self, way: &Way, linear: LinearParams) -> Result<Solved, BenchError> {
         let Self { simulation, body, dt, start } = self;
         if let Ok((vertices, increment)) =
-            simulation.world_mut().query_one_mut::<(&mut Vertices, &mut Increment)>(*body)
+            simulation.world_mut().query_one_mut::<(&mut Vertices, &mut Increment)>(body.entity())
         {
             vertices.position.copy_from_slice(&start.position);
             vertices.velocity.copy_from_slice(&start.velocity);
@@ -116,11 +115,11 @@ impl StepError {
     /// Solves the next step, from the same state and the same guess, as the simulation's settings say and as exactly as can be,
     /// and puts everything back. A step that is nearly a static problem forgets what was before: what the steps so far have left
     /// undone is in this error.
-    pub(super) fn of(simulation: &mut Simulation, body: Entity, dt: f64) -> Result<Self, BenchError> {
+    pub(super) fn of(simulation: &mut Simulation, body: BodyId, dt: f64) -> Result<Self, BenchError> {
         let settings = *simulation.settings();
         let (found, found_positions) = tried(simulation, body, dt, &settings)?;
-        let kept = simulation.world_mut().remove::<(Factor, MixedSolver)>(body).map_err(gone)?;
-        simulation.world_mut().insert(body, (Factor::default(), MixedSolver::default())).map_err(gone)?;
+        let kept = simulation.world_mut().remove::<(Factor, MixedSolver)>(body.entity()).map_err(gone)?;
+        simulation.world_mut().insert(body.entity(), (Factor::default(), MixedSolver::default())).map_err(gone)?;
         let tight = LinearParams::by_residual(1e-10, 100_000);
         let exact = tried(
             simulation,
@@ -131,7 +130,7 @@ impl StepError {
                 ..settings
             },
         );
-        simulation.world_mut().insert(body, kept).map_err(gone)?;
+        simulation.world_mut().insert(body.entity(), kept).map_err(gone)?;
         let (exact, exact_positions) = exact?;
         let distances = found_positions.iter().zip(&exact_positions).map(|(a, b)| a.distance(*b));
         Ok(Self { stress: relative(&found, &exact), position: distances.fold(0.0, f64::max) })
@@ -141,19 +140,19 @@ impl StepError {
 /// Stress and positions after the solve of the next step; the state is then as it was.
 fn tried(
     simulation: &mut Simulation,
-    body: Entity,
+    body: BodyId,
     dt: f64,
     settings: &Settings,
 ) -> Result<(Vec<Sym2>, Vec<DVec3>), BenchError> {
     let start = (one::<Vertices>(simulation, body)?, one::<Increment>(simulation, body)?);
     solve(simulation, body, dt, settings)?;
     let found = (stress(simulation, body), one::<Vertices>(simulation, body)?.position);
-    simulation.world_mut().insert(body, start).map_err(gone)?;
+    simulation.world_mut().insert(body.entity(), start).map_err(gone)?;
     Ok(found)
 }
 
 /// The systems of a step up to the one that moves the body, on one thread; neither refines nor tears it.
-fn solve(simulation: &mut Simulation, body: Entity, dt: f64, settings: &Settings) -> Result<Solved, BenchError> {
+fn solve(simulation: &mut Simulation, body: BodyId, dt: f64, settings: &Settings) -> Result<Solved, BenchError> {
     let step = StepContext::of_step(settings, dt, simulation.time() + dt);
     let pool = Pool::new(1, settings.portable_instructions).map_err(BenchError::State)?;
     let world = simulation.world_mut();
@@ -173,15 +172,15 @@ fn solve(simulation: &mut Simulation, body: Entity, dt: f64, settings: &Settings
         }
         ms
     });
-    let result = world.get::<&SolveResult>(body).map_err(gone)?;
+    let result = world.get::<&SolveResult>(body.entity()).map_err(gone)?;
     Ok(Solved { ms, iterations: result.iterations, residual: result.linear_residual })
 }
 
 /// Stress at the vertices inside \[MPa\], zero on the boundary.
-fn stress(simulation: &mut Simulation, body: Entity) -> Vec<Sym2> {
+fn stress(simulation: &mut Simulation, body: BodyId) -> Vec<Sym2> {
     // The body lives: it was stepped just now.
     let _ = simulation.refresh(body);
-    let mut query = simulation.world().query_one::<(&Triangles, &Topology, &Frames)>(body);
+    let mut query = simulation.world().query_one::<(&Triangles, &Topology, &Frames)>(body.entity());
     let Ok((triangles, topology, frames)) = query.get() else { return Vec::new() };
     let mut stress = nodal_stress(triangles, topology, frames);
     for (v, stress) in stress.iter_mut().enumerate() {
@@ -192,8 +191,8 @@ fn stress(simulation: &mut Simulation, body: Entity) -> Vec<Sym2> {
     stress
 }
 
-fn one<T: hecs::Component + Clone>(simulation: &Simulation, body: Entity) -> Result<T, BenchError> {
-    simulation.world().get::<&T>(body).map(|component| T::clone(&component)).map_err(gone)
+fn one<T: hecs::Component + Clone>(simulation: &Simulation, body: BodyId) -> Result<T, BenchError> {
+    simulation.world().get::<&T>(body.entity()).map(|component| T::clone(&component)).map_err(gone)
 }
 
 fn gone(error: impl std::fmt::Display) -> BenchError {

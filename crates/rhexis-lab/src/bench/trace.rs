@@ -4,12 +4,11 @@ use super::BenchError;
 use super::clock::{Elapsed, Stopwatch, median};
 use super::solve::StepError;
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{Frames, Grips, Reactions};
 use rhexis::event::EventKind;
 use rhexis::math::Sym2;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{TipKey, Topology, Triangles, Vertices};
+use rhexis::storage::{BodyId, TipKey, Topology, Triangles, Vertices};
 use rhexis_scene::{Document, Instance};
 use std::time::Instant;
 
@@ -220,22 +219,22 @@ pub(super) fn instantiate(scene: &str, sets: &[String]) -> Result<Instance, Benc
 }
 
 /// Triangles of a body.
-pub(super) fn triangle_count(simulation: &Simulation, body: Entity) -> usize {
-    simulation.world().get::<&Triangles>(body).map_or(0, |triangles| triangles.len())
+pub(super) fn triangle_count(simulation: &Simulation, body: BodyId) -> usize {
+    simulation.world().get::<&Triangles>(body.entity()).map_or(0, |triangles| triangles.len())
 }
 
 impl State {
-    pub(super) fn of(simulation: &mut Simulation, body: Entity) -> Option<Self> {
+    pub(super) fn of(simulation: &mut Simulation, body: BodyId) -> Option<Self> {
         simulation.refresh(body).ok()?;
         let time = simulation.time();
         let world = simulation.world();
-        let mut query = world.query_one::<(&Vertices, &Triangles, &Topology, &Frames)>(body);
+        let mut query = world.query_one::<(&Vertices, &Triangles, &Topology, &Frames)>(body.entity());
         let (vertices, triangles, topology, frames) = query.get().ok()?;
         let mut forces = Vec::new();
-        if let Ok(reactions) = world.get::<&Reactions>(body) {
+        if let Ok(reactions) = world.get::<&Reactions>(body.entity()) {
             forces.extend(reactions.groups.iter().map(|group| group.iter().sum::<DVec3>()));
         }
-        if let Ok(grips) = world.get::<&Grips>(body) {
+        if let Ok(grips) = world.get::<&Grips>(body.entity()) {
             forces.extend(grips.pinches.iter().map(|pinch| pinch.force));
         }
         Some(Self {

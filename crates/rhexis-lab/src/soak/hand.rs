@@ -2,19 +2,18 @@
 
 use crate::stress::Dice;
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Grips, Jaws, Pose, Slip};
 use rhexis::math::elementary;
 use rhexis::simulation::Grasp;
 use rhexis::snapshot::Snapshot;
-use rhexis::storage::Vertices;
+use rhexis::storage::{ForcepsId, Vertices};
 use rhexis_scene::Instance;
 use std::f64::consts::TAU;
 
 /// What the hand has.
 #[derive(Default)]
 pub(super) struct Hand {
-    forceps: Vec<Entity>,
+    forceps: Vec<ForcepsId>,
     kept: Option<Snapshot>,
 }
 
@@ -85,6 +84,6 @@ impl Hand {
 
 /// Some place of the tissue.
 fn somewhere(instance: &Instance, dice: &mut Dice) -> Option<DVec3> {
-    let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0]).ok()?;
+    let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0].entity()).ok()?;
     vertices.position.get(dice.below(vertices.len().max(1))).copied()
 }

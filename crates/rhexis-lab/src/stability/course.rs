@@ -3,9 +3,8 @@
 use super::{Case, sheet};
 use crate::bench::BenchError;
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Triangles, Vertices};
+use rhexis::storage::{BodyId, Triangles, Vertices};
 
 /// What a body may gain for its course to count as stable, over what is in it. No step of a sound method makes energy; what the linearised
 /// turn of a step makes is bounded by the engine at a tenth, and this is a tenth of that.
@@ -115,14 +114,14 @@ pub(super) fn run(case: &Case, steps: u64) -> Result<Course, BenchError> {
 }
 
 /// Stored and of motion \[mJ\].
-fn energy(simulation: &mut Simulation, body: Entity) -> Result<f64, BenchError> {
+fn energy(simulation: &mut Simulation, body: BodyId) -> Result<f64, BenchError> {
     let energies = simulation.energies(body)?;
     Ok(energies.elastic + energies.kinetic)
 }
 
 /// What the body would store at the strain [`SLACK`] \[mJ\].
-fn slack(simulation: &Simulation, body: Entity) -> f64 {
-    let Ok(triangles) = simulation.world().get::<&Triangles>(body) else { return 0.0 };
+fn slack(simulation: &Simulation, body: BodyId) -> f64 {
+    let Ok(triangles) = simulation.world().get::<&Triangles>(body.entity()) else { return 0.0 };
     let of = |t: usize| {
         let law = &triangles.stiffness[t];
         0.5 * triangles.rest[t].area * triangles.thickness[t] * (law.q11 + law.q22) * (SLACK * SLACK)
@@ -131,8 +130,8 @@ fn slack(simulation: &Simulation, body: Entity) -> f64 {
 }
 
 /// About x through the centre of mass \[g·mm²/ms\].
-fn angular_momentum(simulation: &Simulation, body: Entity) -> f64 {
-    let Ok(vertices) = simulation.world().get::<&Vertices>(body) else { return f64::NAN };
+fn angular_momentum(simulation: &Simulation, body: BodyId) -> f64 {
+    let Ok(vertices) = simulation.world().get::<&Vertices>(body.entity()) else { return f64::NAN };
     let rows = || vertices.position.iter().zip(&vertices.velocity).zip(&vertices.mass);
     let mass: f64 = vertices.mass.iter().sum();
     let centre = rows().map(|((x, _), m)| *x * *m).sum::<DVec3>() / mass;

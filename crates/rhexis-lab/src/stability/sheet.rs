@@ -3,12 +3,11 @@
 use super::Case;
 use crate::bench::BenchError;
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Hold, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Vertices};
+use rhexis::storage::{Attached, BodyId, Vertices};
 
 /// Side of the sheet \[mm\].
 const SIDE: f64 = 10.0;
@@ -39,7 +38,7 @@ impl Quality {
 }
 
 /// The simulation of a case.
-pub(super) fn simulation(case: &Case) -> Result<(Simulation, Entity), BenchError> {
+pub(super) fn simulation(case: &Case) -> Result<(Simulation, BodyId), BenchError> {
     let refused = |what: String| BenchError::State(format!("the sheet of the stability map: {what}"));
     let mesh = match case.quality {
         Quality::Even => generate::grid(SIDE, SIDE, 6, 6),
@@ -68,7 +67,7 @@ pub(super) fn simulation(case: &Case) -> Result<(Simulation, Entity), BenchError
     };
     let mut simulation = Simulation::new(case.mode.settings())?;
     let body = simulation.spawn(sheet.hold(hold)).map_err(|error| refused(error.to_string()))?;
-    if let Ok(mut vertices) = simulation.world().get::<&mut Vertices>(body) {
+    if let Ok(mut vertices) = simulation.world().get::<&mut Vertices>(body.entity()) {
         let Vertices { position, velocity, rest_position, .. } = &mut *vertices;
         for (v, ((x, u), &rest)) in position.iter_mut().zip(velocity).zip(rest_position.iter()).enumerate() {
             let v = v as f64;

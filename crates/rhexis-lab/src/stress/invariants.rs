@@ -2,9 +2,8 @@
 
 use super::FailureKind;
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Broken, Topology, Triangles, Vertices, measure, validate};
+use rhexis::storage::{BodyId, Broken, Topology, Triangles, Vertices, measure, validate};
 
 /// A part of the area and of the mass that rounding may take in a case: some hundred edits, each of some digits.
 const ROUNDING: f64 = 1e-9;
@@ -37,8 +36,8 @@ struct Start {
 
 impl Ledger {
     /// Of a body as it is.
-    pub(super) fn new(simulation: &Simulation, body: Entity) -> Self {
-        let mut query = simulation.world().query_one::<(&Vertices, &Triangles)>(body);
+    pub(super) fn new(simulation: &Simulation, body: BodyId) -> Self {
+        let mut query = simulation.world().query_one::<(&Vertices, &Triangles)>(body.entity());
         let Ok((vertices, triangles)) = query.get() else {
             return Self { is_flat: true, area: 0.0, mass: 0.0, angle: 0.0, energy: None };
         };
@@ -63,7 +62,7 @@ impl Ledger {
 pub(super) fn broken(
     simulation: &mut Simulation,
     is_free: bool,
-    body: Entity,
+    body: BodyId,
     ledger: &mut Ledger,
 ) -> Option<(FailureKind, String)> {
     if let Some(found) = broken_tables(simulation, body, ledger) {
@@ -80,8 +79,8 @@ pub(super) fn broken(
     if is_free { gained(simulation, body, ledger, energy) } else { None }
 }
 
-fn broken_tables(simulation: &Simulation, body: Entity, ledger: &Ledger) -> Option<(FailureKind, String)> {
-    let mut query = simulation.world().query_one::<(&Vertices, &Triangles, &Topology)>(body);
+fn broken_tables(simulation: &Simulation, body: BodyId, ledger: &Ledger) -> Option<(FailureKind, String)> {
+    let mut query = simulation.world().query_one::<(&Vertices, &Triangles, &Topology)>(body.entity());
     let Ok((vertices, triangles, topology)) = query.get() else {
         return Some((FailureKind::Mesh, "the body has lost its tables".to_owned()));
     };
@@ -104,8 +103,8 @@ fn broken_tables(simulation: &Simulation, body: Entity, ledger: &Ledger) -> Opti
 }
 
 /// Whether a body that nothing acts on has more than it had.
-fn gained(simulation: &Simulation, body: Entity, ledger: &mut Ledger, energy: f64) -> Option<(FailureKind, String)> {
-    let mut query = simulation.world().query_one::<(&Vertices, &Triangles)>(body);
+fn gained(simulation: &Simulation, body: BodyId, ledger: &mut Ledger, energy: f64) -> Option<(FailureKind, String)> {
+    let mut query = simulation.world().query_one::<(&Vertices, &Triangles)>(body.entity());
     let Ok((vertices, triangles)) = query.get() else { return None };
     let is_same = |start: &&Start| start.corners == triangles.corners && start.rest_positions == vertices.rest_position;
     // An edit of the mesh may take the state over with another energy.

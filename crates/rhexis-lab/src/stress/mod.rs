@@ -247,7 +247,8 @@ fn play(scene: &mut Scene, dice: &mut Dice, counts: &mut Counts) -> Result<(), B
 }
 
 fn triangle_count(scene: &Scene) -> usize {
-    let count = |actor: &scene::Actor| scene.simulation.world().get::<&Triangles>(actor.entity).map_or(0, |t| t.len());
+    let count =
+        |actor: &scene::Actor| scene.simulation.world().get::<&Triangles>(actor.entity.entity()).map_or(0, |t| t.len());
     scene.bodies.iter().map(count).sum()
 }
 

@@ -3,7 +3,6 @@
 use super::dice::Dice;
 use super::surface;
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{
     Anchor, Bending, Changes, Contact, Curve, Damping, Drag, EnergyAudit, EnergyCriterion, Fibres, Gravity, Hold,
     Material, Obstacle, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Shape, Sleeping, Springs, TearMode,
@@ -13,7 +12,7 @@ use rhexis::math::{Sym2, elementary};
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
-use rhexis::storage::Attached;
+use rhexis::storage::{Attached, BodyId, ObstacleId};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -24,7 +23,7 @@ const FEW: u32 = 100;
 pub(super) struct Scene {
     pub simulation: Simulation,
     pub bodies: Vec<Actor>,
-    pub obstacles: Vec<Entity>,
+    pub obstacles: Vec<ObstacleId>,
     /// Nothing holds, pushes or feeds the bodies, and the engine's bound on energy applies.
     pub is_free: bool,
     /// About as long as the largest body \[mm\].
@@ -34,7 +33,7 @@ pub(super) struct Scene {
 /// A body of a case.
 #[derive(Clone, Copy)]
 pub(super) struct Actor {
-    pub entity: Entity,
+    pub entity: BodyId,
     pub is_planar: bool,
 }
 

@@ -2,11 +2,11 @@
 
 use super::invariants::{self, Ledger};
 use super::{Broken, FailureKind, again};
-use hecs::Entity;
 use rhexis::replay::{Input, Recording};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::snapshot::{Snapshot, StateHash};
+use rhexis::storage::BodyId;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// So many recordings are tried at the most.
@@ -114,7 +114,7 @@ fn judge(candidate: &Candidate, is_free: bool, kind: FailureKind) -> Option<Fail
     let mut at = 0;
     let course = catch_unwind(AssertUnwindSafe(|| {
         let mut simulation = Simulation::from_snapshot(&candidate.start).ok()?;
-        let mut ledgers: Vec<(Entity, Ledger)> =
+        let mut ledgers: Vec<(BodyId, Ledger)> =
             candidate.start.bodies().into_iter().map(|body| (body, Ledger::new(&simulation, body))).collect();
         for (i, input) in candidate.inputs.iter().enumerate() {
             at = i;
@@ -135,7 +135,7 @@ fn judge(candidate: &Candidate, is_free: bool, kind: FailureKind) -> Option<Fail
 fn repeat(
     simulation: &mut Simulation,
     input: &Input,
-    ledgers: &mut [(Entity, Ledger)],
+    ledgers: &mut [(BodyId, Ledger)],
     is_free: bool,
     kind: FailureKind,
 ) -> Option<Broken> {
@@ -164,7 +164,7 @@ fn later(candidate: &Candidate, first: usize) -> Option<Candidate> {
 }
 
 /// The candidate without a body from the start on.
-fn without(candidate: &Candidate, body: Entity) -> Option<Candidate> {
+fn without(candidate: &Candidate, body: BodyId) -> Option<Candidate> {
     let mut simulation = Simulation::from_snapshot(&candidate.start).ok()?;
     simulation.despawn(body).ok()?;
     Some(Candidate { start: simulation.snapshot(), inputs: candidate.inputs.clone() })

@@ -4,18 +4,17 @@ use super::dice::Dice;
 use super::scene::{self, Actor, Scene};
 use super::surface::{highest, lowest};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Jaws, Pose, Slip};
 use rhexis::math::elementary;
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::snapshot::Snapshot;
-use rhexis::storage::{VertexKey, Vertices};
+use rhexis::storage::{BladeId, BodyId, ForcepsId, VertexKey, Vertices};
 
 /// What the hand has.
 #[derive(Default)]
 pub(super) struct Hand {
-    forceps: Vec<Entity>,
-    blade: Option<Entity>,
+    forceps: Vec<ForcepsId>,
+    blade: Option<BladeId>,
     /// A state to go back to.
     kept: Option<Snapshot>,
 }
@@ -91,7 +90,7 @@ impl Hand {
         }
     }
 
-    fn pierce(&mut self, simulation: &mut Simulation, body: Entity, dice: &mut Dice, size: f64) {
+    fn pierce(&mut self, simulation: &mut Simulation, body: BodyId, dice: &mut Dice, size: f64) {
         let Some((_, at)) = vertex(simulation, body, dice) else { return };
         if dice.chance(0.4) {
             let _ = simulation.puncture(body, at, dice.direction(), size * dice.decades(-2.0, 0.0));
@@ -106,7 +105,7 @@ impl Hand {
     }
 
     /// Back to where it was, or rows in another order, or awake.
-    fn turn_back(&mut self, simulation: &mut Simulation, body: Entity, dice: &mut Dice) {
+    fn turn_back(&mut self, simulation: &mut Simulation, body: BodyId, dice: &mut Dice) {
         match (dice.below(4), &self.kept) {
             (0, Some(kept)) => _ = simulation.restore(kept),
             (1, _) => _ = simulation.reorder(body),
@@ -117,8 +116,8 @@ impl Hand {
 }
 
 /// A vertex of a body and where it is.
-fn vertex(simulation: &Simulation, body: Entity, dice: &mut Dice) -> Option<(VertexKey, DVec3)> {
-    let vertices = simulation.world().get::<&Vertices>(body).ok()?;
+fn vertex(simulation: &Simulation, body: BodyId, dice: &mut Dice) -> Option<(VertexKey, DVec3)> {
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).ok()?;
     let row = dice.below(vertices.len().max(1));
     Some((vertices.key(row as u32)?, *vertices.position.get(row)?))
 }
@@ -202,8 +201,8 @@ fn fling(simulation: &mut Simulation, actor: Actor, dice: &mut Dice, size: f64) 
 }
 
 /// Short cuts everywhere: up to thousands of tips.
-pub(super) fn riddle(simulation: &mut Simulation, body: Entity, dice: &mut Dice) {
-    let Ok((low, high)) = simulation.world().get::<&Vertices>(body).map(|vertices| {
+pub(super) fn riddle(simulation: &mut Simulation, body: BodyId, dice: &mut Dice) {
+    let Ok((low, high)) = simulation.world().get::<&Vertices>(body.entity()).map(|vertices| {
         let positions = &vertices.rest_position;
         (lowest(positions), highest(positions))
     }) else {
@@ -211,7 +210,7 @@ pub(super) fn riddle(simulation: &mut Simulation, body: Entity, dice: &mut Dice)
     };
     let most = low.distance(high) * dice.decades(-2.0, -0.5);
     for _ in 0..200 + dice.below(1000) {
-        let at = simulation.world().get::<&Vertices>(body).ok().and_then(|vertices| {
+        let at = simulation.world().get::<&Vertices>(body.entity()).ok().and_then(|vertices| {
             let row = dice.below(vertices.len().max(1));
             vertices.rest_position.get(row).copied()
         });
@@ -221,9 +220,9 @@ pub(super) fn riddle(simulation: &mut Simulation, body: Entity, dice: &mut Dice)
 }
 
 /// A cut from one place to another, any two of the rest shape.
-pub(super) fn cut(simulation: &mut Simulation, body: Entity, dice: &mut Dice) {
+pub(super) fn cut(simulation: &mut Simulation, body: BodyId, dice: &mut Dice) {
     let points: Vec<DVec3> = {
-        let Ok(vertices) = simulation.world().get::<&Vertices>(body) else { return };
+        let Ok(vertices) = simulation.world().get::<&Vertices>(body.entity()) else { return };
         let count = 2 + dice.below(3);
         (0..count)
             .map(|_| {

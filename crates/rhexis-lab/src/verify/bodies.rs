@@ -2,13 +2,12 @@
 
 use super::VerifyError;
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Curve, Forces, Frames, Hold, Increment, Material, SolverScratch};
 use rhexis::math::GeometricStiffness;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Settings, Tangent};
 use rhexis::simulation::{Simulation, SimulationError};
-use rhexis::storage::{Attached, Topology, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Topology, Triangles, Vertices};
 use rhexis::systems::bending::BendingPasses;
 use rhexis::systems::forces::assembly;
 use rhexis::systems::kernels::membrane::second_piola;
@@ -30,7 +29,7 @@ pub(super) fn exacting() -> Settings {
 }
 
 /// A simulation of one body.
-pub(super) fn simulate(settings: Settings, membrane: Membrane) -> Result<(Simulation, Entity), VerifyError> {
+pub(super) fn simulate(settings: Settings, membrane: Membrane) -> Result<(Simulation, BodyId), VerifyError> {
     let mut simulation = Simulation::new(settings)?;
     let body = simulation.spawn(membrane)?;
     Ok((simulation, body))
@@ -67,18 +66,18 @@ pub(super) fn hold_rim(membrane: Membrane, a: f64, b: f64) -> Membrane {
 }
 
 /// The positions \[mm\].
-pub(super) fn positions(simulation: &Simulation, body: Entity) -> Result<Vec<DVec3>, VerifyError> {
-    let vertices = simulation.world().get::<&Vertices>(body).map_err(|_| SimulationError::NoSuchBody)?;
+pub(super) fn positions(simulation: &Simulation, body: BodyId) -> Result<Vec<DVec3>, VerifyError> {
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).map_err(|_| SimulationError::NoSuchBody)?;
     Ok(vertices.position.clone())
 }
 
 /// Sets positions \[mm\] and velocities \[mm/ms\] from the rest positions.
 pub(super) fn set_motion(
     simulation: &mut Simulation,
-    body: Entity,
+    body: BodyId,
     motion: impl Fn(usize, DVec3) -> (DVec3, DVec3),
 ) -> Result<(), VerifyError> {
-    let vertices = simulation.world_mut().query_one_mut::<&mut Vertices>(body);
+    let vertices = simulation.world_mut().query_one_mut::<&mut Vertices>(body.entity());
     let vertices = vertices.map_err(|_| SimulationError::NoSuchBody)?;
     for v in 0..vertices.len() {
         (vertices.position[v], vertices.velocity[v]) = motion(v, vertices.rest_position[v]);
@@ -100,12 +99,12 @@ pub(super) struct Linear {
 }
 
 /// Solves the linear problem at time 1 from the rest state.
-pub(super) fn linear(simulation: &mut Simulation, body: Entity) -> Result<Linear, VerifyError> {
+pub(super) fn linear(simulation: &mut Simulation, body: BodyId) -> Result<Linear, VerifyError> {
     simulation.linear_response(1.0)?;
     type Query<'a> =
         ((&'a Vertices, &'a Triangles, &'a Topology, &'a Frames), (&'a Forces, &'a Increment, &'a SolverScratch));
     let world = simulation.world();
-    let mut query = world.query_one::<Query>(body);
+    let mut query = world.query_one::<Query>(body.entity());
     let ((vertices, triangles, topology, frames), (forces, increment, scratch)) =
         query.get().map_err(|_| SimulationError::NoSuchBody)?;
     let displacement = increment.displacement.clone();
@@ -148,9 +147,9 @@ pub(super) struct Snapshot {
 
 impl Snapshot {
     /// The body now.
-    pub(super) fn new(simulation: &mut Simulation, body: Entity) -> Result<Self, VerifyError> {
+    pub(super) fn new(simulation: &mut Simulation, body: BodyId) -> Result<Self, VerifyError> {
         simulation.refresh(body)?;
-        let mut query = simulation.world().query_one::<(&Vertices, &Triangles, &Topology, &Frames)>(body);
+        let mut query = simulation.world().query_one::<(&Vertices, &Triangles, &Topology, &Frames)>(body.entity());
         let (vertices, triangles, topology, frames) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let mut frames = frames.clone();
         let normal = |s: rhexis::math::ElementState| second_piola(s.stress, s.polar.stretch);
@@ -169,7 +168,7 @@ impl Snapshot {
 }
 
 /// Sum of the forces \[N\] of the hold with a name, from the last step.
-pub(super) fn reaction(simulation: &Simulation, body: Entity, name: &str) -> Result<DVec3, VerifyError> {
+pub(super) fn reaction(simulation: &Simulation, body: BodyId, name: &str) -> Result<DVec3, VerifyError> {
     let reactions = simulation.reactions(body)?;
     Ok(reactions.iter().filter(|(hold, _)| hold == name).map(|(_, force)| *force).sum())
 }

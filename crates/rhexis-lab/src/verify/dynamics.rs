@@ -5,12 +5,12 @@ use super::modes::lowest_frequencies;
 use super::reference::{Json, file};
 use super::{Artifacts, Row, Rows, VerifyError, largest};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Damping, Fibres, FreeAxes, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Settings};
 use rhexis::simulation::Simulation;
+use rhexis::storage::BodyId;
 
 /// Finer meshes cost 15 s each and show nothing new.
 const MOST_CELLS: f64 = 60.0 * 50.0;
@@ -62,7 +62,7 @@ const AMPLITUDE: f64 = 1e-5;
 /// The square M(10, 8) with all edges held, displaced by its lowest mode and at rest.
 struct Mode {
     simulation: Simulation,
-    body: Entity,
+    body: BodyId,
     shape: Vec<DVec3>,
 }
 

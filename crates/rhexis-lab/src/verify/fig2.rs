@@ -4,12 +4,12 @@ use super::bodies::{self, Snapshot};
 use super::reference::{Json, csv, file};
 use super::{Artifacts, Row, Rows, VerifyError, largest};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Holds, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Settings, Tangent};
 use rhexis::simulation::{Simulation, SimulationError};
+use rhexis::storage::BodyId;
 
 /// Displacement of either edge \[mm\].
 const PULL: f64 = 1.5;
@@ -72,7 +72,7 @@ fn work(rows: &mut Rows) -> Result<(), VerifyError> {
     let step = 1e-3;
     let mut energies = [0.0; 2];
     let mut at = |factor: f64| -> Result<(f64, f64), VerifyError> {
-        let holds = simulation.world_mut().query_one_mut::<&mut Holds>(body);
+        let holds = simulation.world_mut().query_one_mut::<&mut Holds>(body.entity());
         for hold in &mut holds.map_err(|_| SimulationError::NoSuchBody)?.groups {
             hold.curve = Curve::constant(factor);
         }
@@ -149,7 +149,7 @@ impl Deviation {
 }
 
 /// Elastic force on the right edge, without the inertia of its vertices, as the file lists it \[N\].
-fn internal_force(simulation: &mut Simulation, body: Entity) -> Result<DVec3, VerifyError> {
+fn internal_force(simulation: &mut Simulation, body: BodyId) -> Result<DVec3, VerifyError> {
     let body = Snapshot::new(simulation, body)?;
     let forces = body.elastic_forces();
     let edge = body.vertices.rest_position.iter().zip(&forces).filter(|(x, _)| x.x == 30.0);

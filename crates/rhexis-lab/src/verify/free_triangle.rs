@@ -5,12 +5,11 @@ use super::bodies::{self, Snapshot};
 use super::reference::{Json, file};
 use super::{Artifacts, Row, Rows, VerifyError, largest};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{Fibres, Forces};
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Settings, Tangent};
 use rhexis::simulation::Simulation;
-use rhexis::storage::TriangleMesh;
+use rhexis::storage::{BodyId, TriangleMesh};
 use rhexis::systems::forces::{assembly, corotation};
 
 pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
@@ -25,7 +24,7 @@ pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
 const TRIANGLE: &str = "/free_triangle";
 const LAW: &str = "/free_triangle/laws/gradient";
 
-fn triangle(file: &Json, is_planar: bool, settings: Settings) -> Result<(Simulation, Entity), VerifyError> {
+fn triangle(file: &Json, is_planar: bool, settings: Settings) -> Result<(Simulation, BodyId), VerifyError> {
     let number = |path: &str| file.number(&format!("{TRIANGLE}{path}"));
     let mesh =
         TriangleMesh { positions: file.vectors(&format!("{TRIANGLE}/X"))?, triangles: vec![[0, 1, 2]], fibres: None };

@@ -1,10 +1,10 @@
 //! The same bits for any number of threads, for every run, and for a body alone or among others.
 
 use crate::common::{self, Square, state_bits};
-use hecs::Entity;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::snapshot::StateHash;
+use rhexis::storage::BodyId;
 
 /// Steps after which each of the squares has torn.
 const STEPS: usize = 16;
@@ -26,12 +26,12 @@ fn large() -> Square {
 fn run(threads: usize, squares: &[Square]) -> (StateHash, Vec<Vec<u64>>) {
     let mut simulation = Simulation::new(Settings { threads, ..Settings::default() }).unwrap();
     assert_eq!(simulation.thread_count(), threads);
-    let bodies: Vec<Entity> = squares.iter().map(|square| square.spawn_into(&mut simulation)).collect();
+    let bodies: Vec<BodyId> = squares.iter().map(|square| square.spawn_into(&mut simulation)).collect();
     for _ in 0..STEPS {
         simulation.step(common::DT).unwrap();
     }
     for &body in &bodies {
-        let advances = simulation.world().get::<&rhexis::components::TearLog>(body).unwrap().advance_count;
+        let advances = simulation.world().get::<&rhexis::components::TearLog>(body.entity()).unwrap().advance_count;
         assert!(advances > 2, "the state must be one after tears");
     }
     let bits = bodies.into_iter().map(|body| state_bits(&simulation, body)).collect();
@@ -57,7 +57,8 @@ fn halves_of_a_factor_give_the_same_bits_on_any_number_of_threads() {
         document.set(&format!("run.portable_instructions={is_portable}")).unwrap();
         let mut instance = document.scene().unwrap().instantiate().unwrap();
         (0..160).for_each(|_| _ = instance.advance().unwrap());
-        let advances = instance.simulation.world().get::<&rhexis::components::TearLog>(instance.bodies[0]).unwrap();
+        let advances =
+            instance.simulation.world().get::<&rhexis::components::TearLog>(instance.bodies[0].entity()).unwrap();
         assert!(advances.advance_count > 2, "the state must be one after tears");
         drop(advances);
         instance.simulation.hash()

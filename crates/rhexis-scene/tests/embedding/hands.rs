@@ -1,13 +1,13 @@
 //! Rough hands on the capsule: grasps anywhere, jerks of millimetres in a step, tears. The body goes with the hand, or an event says why not.
 
 use glam::DVec3;
-use hecs::Entity;
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use rhexis::components::{Jaws, Pose, Slip};
 use rhexis::event::EventKind;
 use rhexis::report::BodyReport;
 use rhexis::simulation::Grasp;
+use rhexis::storage::ForcepsId;
 use rhexis_scene::{Document, Instance};
 
 /// Steps in which a body that a moving hand holds may stand still unreported.
@@ -62,7 +62,7 @@ fn is_guarded(report: &BodyReport) -> bool {
 fn play(hand: u64) -> (u32, u32) {
     let (mut dice, mut instance) = (Dice::new(hand), capsule());
     let (body, dt) = (instance.bodies[0], instance.run.dt);
-    let mut held: Option<(Entity, DVec3)> = None;
+    let mut held: Option<(ForcepsId, DVec3)> = None;
     let (mut still, mut untold, mut is_told, mut longest, mut longest_untold) = (0, 0, false, 0, 0);
     for step in 0..STEPS {
         let before = positions(&mut instance);

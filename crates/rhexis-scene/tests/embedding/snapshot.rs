@@ -172,15 +172,15 @@ fn handles_name_what_they_named() {
     let bodies = [0, 1, 2].map(|_| square.spawn_into(&mut simulation));
     simulation.despawn(bodies[1]).unwrap();
     let own = simulation.world_mut().spawn(("mine",));
-    simulation.world_mut().insert_one(bodies[2], "my body").unwrap();
+    simulation.world_mut().insert_one(bodies[2].entity(), "my body").unwrap();
     let snapshot = simulation.snapshot();
     let next = simulation.spawn(square.membrane()).unwrap();
     simulation.despawn(bodies[0]).unwrap();
     simulation.restore(&snapshot).unwrap();
     assert_eq!(simulation.bodies(), [bodies[0], bodies[2]]);
-    assert!(!simulation.world().contains(next) && !simulation.world().contains(bodies[1]));
+    assert!(!simulation.world().contains(next.entity()) && !simulation.world().contains(bodies[1].entity()));
     assert_eq!(*simulation.world().get::<&&str>(own).unwrap(), "mine");
-    assert_eq!(*simulation.world().get::<&&str>(bodies[2]).unwrap(), "my body");
+    assert_eq!(*simulation.world().get::<&&str>(bodies[2].entity()).unwrap(), "my body");
     assert_eq!(simulation.spawn(square.membrane()).unwrap(), next, "the same handle as without going back");
     // Of bytes the host's own are not a part, but their handles are kept free for them.
     let mut other = Simulation::from_snapshot(&Snapshot::from_bytes(&snapshot.to_bytes().unwrap()).unwrap()).unwrap();

@@ -6,7 +6,7 @@ use rhexis::components::{Bending, Curve, Damping, EnergyAudit, Gravity, Hold, Ma
 use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Topology, TriangleMesh, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Topology, TriangleMesh, Triangles, Vertices};
 use rhexis::systems::bending::{BendingPasses, DihedralAngles};
 use rhexis_scene::generate;
 
@@ -96,7 +96,7 @@ fn a_clamped_strip_bends_by_its_weight_to_the_elastica() {
             let newton_iterations = simulation.settle(1.0, 1e-9).unwrap().bodies[0].newton_iterations;
             // The tangent leaves out how the angles' derivatives change: linear convergence, 4 to 11 iterations.
             assert!(newton_iterations <= 15, "{name}: {newton_iterations} iterations");
-            let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+            let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
             let at_end = |v: &usize| vertices.rest_position[*v].x > LENGTH - 1e-9;
             let ends: Vec<DVec3> = (0..vertices.len()).filter(at_end).map(|v| vertices.position[v]).collect();
             let end = ends.iter().sum::<DVec3>() / ends.len() as f64;
@@ -126,9 +126,9 @@ impl Cap {
         let material = Material { young_fibre: 3.0, ..Material::allard_2009() };
         let body = simulation.spawn(Membrane::new("cap", cap, material).with(OWN)).unwrap();
         let world = simulation.world();
-        let vertices = (*world.get::<&Vertices>(body).unwrap()).clone();
-        let triangles = (*world.get::<&Triangles>(body).unwrap()).clone();
-        let topology = (*world.get::<&Topology>(body).unwrap()).clone();
+        let vertices = (*world.get::<&Vertices>(body.entity()).unwrap()).clone();
+        let triangles = (*world.get::<&Triangles>(body.entity()).unwrap()).clone();
+        let topology = (*world.get::<&Topology>(body.entity()).unwrap()).clone();
         let (mut folds, mut passes) = (DihedralAngles::default(), BendingPasses::default());
         folds.refresh((&vertices, &triangles, &topology), &OWN, &mut passes);
         Self { vertices, triangles, topology, folds, passes }
@@ -308,7 +308,7 @@ fn a_folded_sheet_rests_at_its_rest_angle() {
     for _ in 0..20 {
         simulation.step(1.0).unwrap();
     }
-    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     let moved = vertices.position.iter().zip(&vertices.rest_position).map(|(x, rest)| x.distance(*rest));
     // Forces of rounding on a sheet that nothing holds.
     assert!(moved.fold(0.0, f64::max) < 1e-9);
@@ -331,11 +331,11 @@ fn rest_angles_follow_tears_and_refinement_as_if_made_anew() {
         simulation.cut(body, &[at(1.5, turn), at(2.5, turn + 15.0), at(3.2, turn + 30.0)]).unwrap();
         simulation.step(1.0).unwrap();
         simulation.step(1.0).unwrap();
-        let count = simulation.world().get::<&Triangles>(body).unwrap().len();
+        let count = simulation.world().get::<&Triangles>(body.entity()).unwrap().len();
         assert!(count > 400, "{count}");
         let world = simulation.world_mut();
         type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a mut DihedralAngles, &'a mut BendingPasses);
-        let (vertices, triangles, topology, folds, passes) = world.query_one_mut::<Query>(body).unwrap();
+        let (vertices, triangles, topology, folds, passes) = world.query_one_mut::<Query>(body.entity()).unwrap();
         let tables = (vertices, triangles, topology);
         folds.refresh(tables, &OWN, passes);
         let mut anew = DihedralAngles::default();
@@ -345,7 +345,7 @@ fn rest_angles_follow_tears_and_refinement_as_if_made_anew() {
 }
 
 /// A strip that swings down, with a balance of energy.
-fn swung(threads: usize, mesh: &TriangleMesh) -> (Simulation, hecs::Entity) {
+fn swung(threads: usize, mesh: &TriangleMesh) -> (Simulation, BodyId) {
     let strip = held_in_the_middle(mesh, Bending { stiffness: Some(1e-3) });
     let strip = strip.with(Gravity { acceleration: DVec3::NEG_Z * 0.02 });
     let strip = strip.with(EnergyAudit::default()).with(Damping { time: 2.0 });
@@ -363,8 +363,8 @@ fn a_balance_of_energy_counts_bending_and_threads_change_no_bit() {
     let (simulation, body) = swung(1, &mesh);
     let (other, other_body) = swung(2, &mesh);
     let same = |a: &Vertices, b: &Vertices| a.position == b.position && a.velocity == b.velocity;
-    let positions = (*simulation.world().get::<&Vertices>(body).unwrap()).clone();
-    assert!(same(&positions, &other.world().get::<&Vertices>(other_body).unwrap()));
+    let positions = (*simulation.world().get::<&Vertices>(body.entity()).unwrap()).clone();
+    assert!(same(&positions, &other.world().get::<&Vertices>(other_body.entity()).unwrap()));
     let end = positions.position.iter().map(|x| x.z).fold(0.0, f64::min);
     assert!(end < -1.0, "it has swung by {end} mm");
     let balance = simulation.energy_balance(body).unwrap().unwrap();

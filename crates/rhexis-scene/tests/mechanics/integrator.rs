@@ -36,7 +36,7 @@ fn any_number_of_threads_gives_the_same_bits() {
         for _ in 0..14 {
             simulation.step(DT).unwrap();
         }
-        assert!(simulation.world().get::<&TearLog>(body).unwrap().advance_count > 0);
+        assert!(simulation.world().get::<&TearLog>(body.entity()).unwrap().advance_count > 0);
         state_bits(&simulation, body)
     };
     assert!(run(1) == run(2));
@@ -49,7 +49,7 @@ fn a_step_that_fails_is_undone_in_both_stages() {
         run.step();
         // The grip leaves within the second of two halves, which is halved until it is out of the parts that are done.
         let away = Curve::new(vec![(0.0, 0.0), (17.0, 0.05), (17.5, 1e200)]).unwrap();
-        for hold in &mut run.simulation.world().get::<&mut Holds>(run.body).unwrap().groups {
+        for hold in &mut run.simulation.world().get::<&mut Holds>(run.body.entity()).unwrap().groups {
             hold.curve = away.clone();
         }
         let report = run.simulation.step(DT).unwrap();
@@ -68,7 +68,7 @@ fn prescribed_motion_leaves_the_velocity_of_its_path() {
     }
     // The right edge moves at a constant speed from rest on; 1e-12 of it is rounding of positions of 30 mm over 0.03 mm.
     let vertices = run.vertices();
-    let right = run.simulation.world().get::<&Holds>(run.body).unwrap().groups[1].members.rows().to_vec();
+    let right = run.simulation.world().get::<&Holds>(run.body.entity()).unwrap().groups[1].members.rows().to_vec();
     for row in right {
         let off = vertices.velocity[row as usize] - DVec3::X * common::GRIP_SPEED;
         assert!(off.length() < 1e-11 * common::GRIP_SPEED, "{off}");
@@ -86,7 +86,7 @@ fn a_body_at_rest_falls_asleep_between_stages_and_wakes() {
         let asleep: Vec<bool> = (0..115).map(|_| simulation.step(1.0).unwrap().bodies[0].is_asleep).collect();
         // Not while it is drawn, long before it is drawn again, and from the step on that draws it awake.
         assert!(!asleep[19] && asleep[99] && !asleep[100], "{asleep:?}");
-        let moved = simulation.world().get::<&Vertices>(body).unwrap().position[20].x - common::SIDE;
+        let moved = simulation.world().get::<&Vertices>(body.entity()).unwrap().position[20].x - common::SIDE;
         // The right end of the bottom row, held.
         assert!((moved - 0.4).abs() < 1e-12, "{moved}");
     }
@@ -95,7 +95,7 @@ fn a_body_at_rest_falls_asleep_between_stages_and_wakes() {
 #[test]
 fn an_audit_of_another_formula_is_refused_by_name() {
     let mut run = Square::new([20, 16], 45.0).spawn(tr_bdf2());
-    run.simulation.world_mut().insert_one(run.body, EnergyAudit::default()).unwrap();
+    run.simulation.world_mut().insert_one(run.body.entity(), EnergyAudit::default()).unwrap();
     let error = run.simulation.step(DT).unwrap_err();
     assert_eq!(error, SimulationError::AuditOfAnotherIntegrator { body: "square".into() });
     assert!(error.to_string().contains("take the audit out"), "{error}");
@@ -126,11 +126,12 @@ fn a_scene_says_how_accurate_it_is() {
 fn pressed(settings: Settings) -> (u32, bool) {
     let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     let mut run = Square { tearing: strong, ..Square::new([20, 16], 30.0) }.spawn(settings);
-    for hold in &mut run.simulation.world().get::<&mut Holds>(run.body).unwrap().groups {
+    for hold in &mut run.simulation.world().get::<&mut Holds>(run.body.entity()).unwrap().groups {
         hold.curve = Curve::ramp(20.0, -0.1 * common::SIDE).unwrap();
     }
-    run.simulation.world_mut().remove_one::<Planar>(run.body).unwrap();
-    for (v, velocity) in run.simulation.world().get::<&mut Vertices>(run.body).unwrap().velocity.iter_mut().enumerate()
+    run.simulation.world_mut().remove_one::<Planar>(run.body.entity()).unwrap();
+    for (v, velocity) in
+        run.simulation.world().get::<&mut Vertices>(run.body.entity()).unwrap().velocity.iter_mut().enumerate()
     {
         velocity.z = 1e-2 * (12.9898 * v as f64).sin();
     }

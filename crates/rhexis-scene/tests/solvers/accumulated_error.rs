@@ -33,8 +33,8 @@ fn capsule() -> Instance {
 fn tip(simulation: &Simulation) -> Option<(DVec3, Sym2)> {
     let body = simulation.bodies()[0];
     let world = simulation.world();
-    let (tips, vertices) = (world.get::<&Tips>(body).unwrap(), world.get::<&Vertices>(body).unwrap());
-    let decisions = world.get::<&TearDecisions>(body).unwrap();
+    let (tips, vertices) = (world.get::<&Tips>(body.entity()).unwrap(), world.get::<&Vertices>(body.entity()).unwrap());
+    let decisions = world.get::<&TearDecisions>(body.entity()).unwrap();
     let known = tips.vertex.iter().zip(&decisions.tips).filter_map(|(&v, decision)| Some((v, decision.as_ref()?)));
     let (v, decision) = known.max_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))?;
     Some((vertices.rest_position[v as usize], decision.stress))

@@ -3,12 +3,11 @@
 
 use crate::common::{Square, state_bits};
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::{ExternalStiffness, Frames, FreeAxes, SolverScratch};
 use rhexis::math::{ElementState, GeometricStiffness, Sym3};
 use rhexis::settings::{Advanced, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Topology, Triangles, Vertices};
+use rhexis::storage::{BodyId, Topology, Triangles, Vertices};
 use rhexis::systems::bending::BendingPasses;
 use rhexis::systems::kernels::membrane;
 use rhexis::systems::solver::{
@@ -65,15 +64,15 @@ impl Torn {
         }
         let world = instance.simulation.world();
         let body = instance.bodies[0];
-        let vertices = (*world.get::<&Vertices>(body).unwrap()).clone();
+        let vertices = (*world.get::<&Vertices>(body.entity()).unwrap()).clone();
         let load = (0..vertices.len()).map(|v| DVec3::new((v as f64).sin(), (1.7 * v as f64).cos(), 1.0) * 1e-4);
         Self {
             free: vertices.rest_position.iter().enumerate().map(|(v, x)| free(v, *x)).collect(),
             load: load.collect(),
-            triangles: (*world.get::<&Triangles>(body).unwrap()).clone(),
-            topology: (*world.get::<&Topology>(body).unwrap()).clone(),
-            frames: (*world.get::<&Frames>(body).unwrap()).clone(),
-            external: world.get::<&ExternalStiffness>(body).ok().map(|external| (*external).clone()),
+            triangles: (*world.get::<&Triangles>(body.entity()).unwrap()).clone(),
+            topology: (*world.get::<&Topology>(body.entity()).unwrap()).clone(),
+            frames: (*world.get::<&Frames>(body.entity()).unwrap()).clone(),
+            external: world.get::<&ExternalStiffness>(body.entity()).ok().map(|external| (*external).clone()),
             vertices,
             tangent: Tangent::Rotated,
         }
@@ -353,7 +352,7 @@ fn forces_of_any_size_are_in_range() {
 }
 
 /// 3,000 vertices and more than two chunks of triangles: threads do share the loops.
-fn run(settings: Settings, steps: usize) -> (Simulation, Entity) {
+fn run(settings: Settings, steps: usize) -> (Simulation, BodyId) {
     let mut square = Square::new([60, 50], 60.0);
     square.tearing.strength_across_fibres *= 0.2;
     square.tearing.strength_along_fibres *= 0.2;
@@ -396,7 +395,7 @@ fn a_run_is_that_of_double_precision_within_the_tolerance() {
             },
             5,
         );
-        simulation.world().get::<&Vertices>(body).unwrap().position.clone()
+        simulation.world().get::<&Vertices>(body.entity()).unwrap().position.clone()
     };
     let off = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
     let tight = positions(Preconditioner::BlockJacobi, Precision::Double, 1e-12);

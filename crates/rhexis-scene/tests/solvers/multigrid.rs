@@ -9,7 +9,7 @@ use rhexis::math::{GeometricStiffness, Sym2};
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Topology, Triangles, Vertices};
+use rhexis::storage::{BodyId, Topology, Triangles, Vertices};
 use rhexis::systems::bending::BendingPasses;
 use rhexis::systems::forces::corotation;
 use rhexis::systems::kernels::membrane;
@@ -78,15 +78,15 @@ impl System {
         system
     }
 
-    fn of(simulation: &Simulation, body: hecs::Entity, is_planar: bool) -> Self {
+    fn of(simulation: &Simulation, body: BodyId, is_planar: bool) -> Self {
         let world = simulation.world();
-        let vertices = (*world.get::<&Vertices>(body).unwrap()).clone();
-        let triangles = (*world.get::<&Triangles>(body).unwrap()).clone();
+        let vertices = (*world.get::<&Vertices>(body.entity()).unwrap()).clone();
+        let triangles = (*world.get::<&Triangles>(body.entity()).unwrap()).clone();
         let n = vertices.len();
         Self {
-            frames: frames(&vertices, &triangles, is_planar, world.get::<&PreStretch>(body).ok().as_deref()),
-            topology: (*world.get::<&Topology>(body).unwrap()).clone(),
-            external: world.get::<&ExternalStiffness>(body).ok().map(|external| (*external).clone()),
+            frames: frames(&vertices, &triangles, is_planar, world.get::<&PreStretch>(body.entity()).ok().as_deref()),
+            topology: (*world.get::<&Topology>(body.entity()).unwrap()).clone(),
+            external: world.get::<&ExternalStiffness>(body.entity()).ok().map(|external| (*external).clone()),
             free: std::iter::repeat_n(DVec3::ONE, n).collect(),
             load: vec![DVec3::ZERO; n],
             guess: vec![DVec3::ZERO; n],

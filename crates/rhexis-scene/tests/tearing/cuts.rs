@@ -2,13 +2,12 @@
 
 use super::meshes::Random;
 use glam::DVec3;
-use hecs::Entity;
 use rhexis::components::Material;
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Cut, CutError, Simulation};
-use rhexis::storage::{TriangleMesh, Triangles, Vertices, measure};
+use rhexis::storage::{BodyId, TriangleMesh, Triangles, Vertices, measure};
 use rhexis_scene::{Instance, Scene};
 use std::f64::consts::PI;
 
@@ -109,14 +108,14 @@ fn cut(mesh: &TriangleMesh, before: &[Vec<DVec3>], lines: &[Vec<DVec3>]) -> Resu
     lines.iter().map(|line| simulation.cut(body, line)).collect()
 }
 
-fn sheet(mesh: &TriangleMesh) -> (Simulation, Entity) {
+fn sheet(mesh: &TriangleMesh) -> (Simulation, BodyId) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
     let body = simulation.spawn(Membrane::new("b", mesh.clone(), Material::isotropic(1.0, 0.3, 0.1))).unwrap();
     (simulation, body)
 }
 
-fn smallest_angle(simulation: &Simulation, body: Entity) -> f64 {
-    let mut tables = simulation.world().query_one::<(&Vertices, &Triangles)>(body);
+fn smallest_angle(simulation: &Simulation, body: BodyId) -> f64 {
+    let mut tables = simulation.world().query_one::<(&Vertices, &Triangles)>(body.entity());
     let (vertices, triangles) = tables.get().unwrap();
     measure::rest_angles(vertices, triangles).fold(f64::INFINITY, f64::min)
 }

@@ -3,7 +3,6 @@
 
 use crate::common::{self, Square, off_line};
 use glam::{DQuat, DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{
     Curve, DecidedBy, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Hold, Material, Refinement, RingFault,
     TearDecision, Tearing, Toughness,
@@ -14,7 +13,7 @@ use rhexis::math::Sym2;
 use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Tips, Topology, Triangles, Vertices};
+use rhexis::storage::{Attached, BodyId, Tips, Topology, Triangles, Vertices};
 use rhexis::systems::fracture::{EnergyTerms, Surface, TipMemory, energy_decision};
 use rhexis_scene::Document;
 use std::f64::consts::PI;
@@ -25,11 +24,11 @@ const RADIUS: f64 = 0.1;
 const TENSION: f64 = 1e-3;
 
 /// An isotropic plate under tension with a crack, settled, of which the mesh has four edges per R at the tips.
-fn plate(crack: [DVec2; 2], fibre: f64, toughness: Toughness) -> (Simulation, Entity) {
+fn plate(crack: [DVec2; 2], fibre: f64, toughness: Toughness) -> (Simulation, BodyId) {
     plate_of_height(SIDE, crack, fibre, toughness)
 }
 
-fn plate_of_height(height: f64, crack: [DVec2; 2], fibre: f64, toughness: Toughness) -> (Simulation, Entity) {
+fn plate_of_height(height: f64, crack: [DVec2; 2], fibre: f64, toughness: Toughness) -> (Simulation, BodyId) {
     let mesh = generate::grid(SIDE, height, 70, (5.0 * height) as usize).unwrap();
     let material = Material::isotropic(3.0, 0.3, 0.1);
     let mut sheet = Membrane::new("plate", mesh, material).planar().fibres(Fibres::at_degrees(fibre));
@@ -56,10 +55,11 @@ fn plate_of_height(height: f64, crack: [DVec2; 2], fibre: f64, toughness: Toughn
 }
 
 /// What the tips decide, on a surface moved in space.
-fn decisions(simulation: &Simulation, body: Entity, moved: Option<(DQuat, DVec3)>) -> Vec<TearDecision> {
+fn decisions(simulation: &Simulation, body: BodyId, moved: Option<(DQuat, DVec3)>) -> Vec<TearDecision> {
     let world = simulation.world();
-    let (triangles, topology) = (world.get::<&Triangles>(body).unwrap(), world.get::<&Topology>(body).unwrap());
-    let mut vertices = (*world.get::<&Vertices>(body).unwrap()).clone();
+    let (triangles, topology) =
+        (world.get::<&Triangles>(body.entity()).unwrap(), world.get::<&Topology>(body.entity()).unwrap());
+    let mut vertices = (*world.get::<&Vertices>(body.entity()).unwrap()).clone();
     if let Some((turn, shift)) = moved {
         vertices.position.iter_mut().for_each(|p| *p = turn * *p + shift);
     }
@@ -71,12 +71,12 @@ fn decisions_on(
     triangles: &Triangles,
     topology: &Topology,
     simulation: &Simulation,
-    body: Entity,
+    body: BodyId,
     is_planar: bool,
 ) -> Vec<TearDecision> {
     let world = simulation.world();
-    let (tips, tearing) = (world.get::<&Tips>(body).unwrap(), world.get::<&Tearing>(body).unwrap());
-    let energy = world.get::<&EnergyCriterion>(body).unwrap();
+    let (tips, tearing) = (world.get::<&Tips>(body.entity()).unwrap(), world.get::<&Tearing>(body.entity()).unwrap());
+    let energy = world.get::<&EnergyCriterion>(body.entity()).unwrap();
     let surface =
         Surface { vertices, triangles, topology, is_planar, unstretched: Sym2::IDENTITY, fibres: None, bending: None };
     let (terms, mut memory) = (EnergyTerms { tearing: &tearing, energy: &energy }, TipMemory::default());
@@ -142,7 +142,7 @@ fn slanted_cracks_kink_to_the_largest_hoop_stress_however_the_sheet_lies_in_spac
 fn where_the_ring_is_not_whole_the_material_force_decides_and_it_is_said() {
     let middle = 0.5 * SIDE;
     let tough = even(1.0, 1.0);
-    let only = |(simulation, body): (Simulation, Entity)| decisions(&simulation, body, None)[0];
+    let only = |(simulation, body): (Simulation, BodyId)| decisions(&simulation, body, None)[0];
     let notch = |a: f64| plate([DVec2::new(0.0, middle), DVec2::new(a, middle)], 0.0, tough);
     assert_eq!(only(notch(0.5)).by, DecidedBy::Energy);
     // The ring of 0.2 mm meets the rim.
@@ -153,9 +153,10 @@ fn where_the_ring_is_not_whole_the_material_force_decides_and_it_is_said() {
 
     let (simulation, body) = notch(0.5);
     let world = simulation.world();
-    let (triangles, topology) = (world.get::<&Triangles>(body).unwrap(), world.get::<&Topology>(body).unwrap());
+    let (triangles, topology) =
+        (world.get::<&Triangles>(body.entity()).unwrap(), world.get::<&Topology>(body.entity()).unwrap());
     let rolled = |radius: f64| {
-        let mut vertices = (*world.get::<&Vertices>(body).unwrap()).clone();
+        let mut vertices = (*world.get::<&Vertices>(body.entity()).unwrap()).clone();
         for p in &mut vertices.position {
             let angle = (p.y - middle) / radius;
             *p = DVec3::new(p.x, radius * angle.sin(), radius * angle.cos());
@@ -188,7 +189,7 @@ fn torn(mut square: Square, toughness: Toughness) -> (common::Run, Vec<DecidedBy
         advanced: Advanced { linear, ..Advanced::default() },
         ..Settings::default()
     });
-    run.simulation.world_mut().insert_one(run.body, EnergyCriterion::new(toughness)).unwrap();
+    run.simulation.world_mut().insert_one(run.body.entity(), EnergyCriterion::new(toughness)).unwrap();
     run.tear_through();
     run.assert_sound();
     let by =

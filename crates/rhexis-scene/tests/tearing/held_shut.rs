@@ -3,13 +3,12 @@
 
 use crate::meshes::{self, Body, Sheet};
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Hold, Material, PreStretch, Tearing};
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, Edit, Tips, Topology, TriangleMesh, Triangles, Vertices, apply};
+use rhexis::storage::{Attached, BodyId, Edit, Tips, Topology, TriangleMesh, Triangles, Vertices, apply};
 use rhexis::systems::fracture::{Surface, TipMemory, field_tip};
 use rhexis::systems::kernels::failure::Strength;
 use rhexis_scene::generate;
@@ -31,7 +30,7 @@ fn meshes_of_size(size: f64, seed: u64) -> [(&'static str, TriangleMesh); 4] {
 }
 
 /// The square of `tip_disc_average.json`: a crack of 9 mm up from the middle of the bottom edge, each grip moved by 0.003 mm.
-fn cracked(mesh: TriangleMesh, material: Material, fibre: f64) -> (Simulation, Entity) {
+fn cracked(mesh: TriangleMesh, material: Material, fibre: f64) -> (Simulation, BodyId) {
     let mut sheet = Membrane::new("square", mesh, material).planar().fibres(Fibres::at_degrees(fibre));
     for (name, x, way) in [("left", 0.0, DVec3::NEG_X), ("right", SIDE, DVec3::X)] {
         let members = Attached::new(sheet.select(|p| p.x == x).into_iter().map(|row| (row, way)));
@@ -46,10 +45,11 @@ fn cracked(mesh: TriangleMesh, material: Material, fibre: f64) -> (Simulation, E
 }
 
 /// Average stress in x and y at the first tip, and edges per radius.
-fn average(simulation: &Simulation, body: Entity) -> (Sym2, f64) {
+fn average(simulation: &Simulation, body: BodyId) -> (Sym2, f64) {
     let world = simulation.world();
-    let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
-    let (topology, tips) = (world.get::<&Topology>(body).unwrap(), world.get::<&Tips>(body).unwrap());
+    let (vertices, triangles) =
+        (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Triangles>(body.entity()).unwrap());
+    let (topology, tips) = (world.get::<&Topology>(body.entity()).unwrap(), world.get::<&Tips>(body.entity()).unwrap());
     let (is_planar, unstretched, fibres) = (true, PreStretch::unstretched(None), None);
     let surface = Surface {
         vertices: &vertices,

@@ -3,7 +3,6 @@
 use crate::common::{DT, Run, SIDE, Square, off_line, state_bits};
 use crate::meshes::{self, Body, Random, Sheet};
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{
     Anchor, Curve, Fibres, Hold, Holds, Material, Planar, PreStretch, Refined, Refinement, Springs, TearDecision,
     TearLog, Tearing,
@@ -11,6 +10,7 @@ use rhexis::components::{
 use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
+use rhexis::storage::BodyId;
 use rhexis::storage::{
     Attached, Tips, Topology, TriangleMesh, Triangles, Vertices,
     measure::{linear_momentum, rest_angles, total_area, total_mass},
@@ -94,7 +94,7 @@ fn bisection_keeps_angles_and_energy() {
 }
 
 /// The square of `tip_disc_average.json`: a crack of 9 mm up from the middle of the bottom edge, each grip moved by 0.003 mm.
-fn cracked(mesh: TriangleMesh, material: Material, fibre: f64, refinement: Option<Refinement>) -> (Simulation, Entity) {
+fn cracked(mesh: TriangleMesh, material: Material, fibre: f64, refinement: Option<Refinement>) -> (Simulation, BodyId) {
     let mut sheet = Membrane::new("square", mesh, material).planar().fibres(Fibres::at_degrees(fibre));
     for (name, x, way) in [("left", 0.0, DVec3::NEG_X), ("right", SIDE, DVec3::X)] {
         let members = Attached::new(sheet.select(|p| p.x == x).into_iter().map(|row| (row, way)));
@@ -112,16 +112,17 @@ fn cracked(mesh: TriangleMesh, material: Material, fibre: f64, refinement: Optio
 }
 
 /// What the criterion finds at the body's first tip.
-fn decision(simulation: &Simulation, body: Entity) -> TearDecision {
+fn decision(simulation: &Simulation, body: BodyId) -> TearDecision {
     let world = simulation.world();
-    let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
-    let (topology, tips) = (world.get::<&Topology>(body).unwrap(), world.get::<&Tips>(body).unwrap());
-    let tearing = world.get::<&Tearing>(body).unwrap();
+    let (vertices, triangles) =
+        (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Triangles>(body.entity()).unwrap());
+    let (topology, tips) = (world.get::<&Topology>(body.entity()).unwrap(), world.get::<&Tips>(body.entity()).unwrap());
+    let tearing = world.get::<&Tearing>(body.entity()).unwrap();
     let surface = Surface {
         vertices: &vertices,
         triangles: &triangles,
         topology: &topology,
-        is_planar: world.get::<&Planar>(body).is_ok(),
+        is_planar: world.get::<&Planar>(body.entity()).is_ok(),
         unstretched: PreStretch::unstretched(None),
         fibres: None,
         bending: None,
@@ -153,8 +154,9 @@ fn from_one_edge_per_radius_refinement_brings_the_disc_average_within_a_twentiet
             let refinement = Refinement { edges_per_radius: 6.0, budget: 3.0, ..Refinement::default() };
             let (fine, many, simulation, body) = found(Some(refinement));
             let world = simulation.world();
-            let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
-            validate(&vertices, &triangles, &world.get::<&Topology>(body).unwrap()).unwrap();
+            let (vertices, triangles) =
+                (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Triangles>(body.entity()).unwrap());
+            validate(&vertices, &triangles, &world.get::<&Topology>(body.entity()).unwrap()).unwrap();
             let [least, percentile] = angles(&vertices, &triangles);
             let (from, to) = (100.0 * coarse, 100.0 * fine);
             println!(
@@ -174,14 +176,14 @@ fn refined(square: &Square, refinement: Refinement, settings: Settings) -> Run {
     for notch in &square.notches {
         simulation.cut(body, notch).unwrap();
     }
-    let area = total_area(&simulation.world().get::<&Triangles>(body).unwrap());
-    let mass = total_mass(&simulation.world().get::<&Vertices>(body).unwrap());
+    let area = total_area(&simulation.world().get::<&Triangles>(body.entity()).unwrap());
+    let mass = total_mass(&simulation.world().get::<&Vertices>(body.entity()).unwrap());
     let events = simulation.drain_events().collect();
     Run { simulation, body, events, area, mass }
 }
 
 fn of(run: &Run) -> Refined {
-    (*run.simulation.world().get::<&Refined>(run.body).unwrap()).clone()
+    (*run.simulation.world().get::<&Refined>(run.body.entity()).unwrap()).clone()
 }
 
 const COARSE: [usize; 2] = [30, 25];
@@ -323,14 +325,15 @@ fn a_slit_in_a_taut_cap_opens() {
     let body = simulation.spawn(cap).unwrap();
     let on_cap = |x: f64| DVec3::new(x, 0.3, (100.0 - x * x - 0.09_f64).sqrt() - 10.0);
     simulation.cut(body, &[on_cap(-0.6), on_cap(0.6)]).unwrap();
-    let mass = total_mass(&simulation.world().get::<&Vertices>(body).unwrap());
+    let mass = total_mass(&simulation.world().get::<&Vertices>(body.entity()).unwrap());
     for _ in 0..60 {
         assert!(!simulation.step(5.0).unwrap().has_failed);
     }
     let world = simulation.world();
-    let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
-    validate(&vertices, &triangles, &world.get::<&Topology>(body).unwrap()).unwrap();
-    let (log, refined) = (world.get::<&TearLog>(body).unwrap(), world.get::<&Refined>(body).unwrap());
+    let (vertices, triangles) =
+        (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Triangles>(body.entity()).unwrap());
+    validate(&vertices, &triangles, &world.get::<&Topology>(body.entity()).unwrap()).unwrap();
+    let (log, refined) = (world.get::<&TearLog>(body.entity()).unwrap(), world.get::<&Refined>(body.entity()).unwrap());
     let [least, _] = angles(&vertices, &triangles);
     println!(
         "cap: {} advances, {} splits, {} removed, {:?} edges, smallest angle {least:.1}°",
@@ -390,14 +393,15 @@ fn new_vertices_inside_a_foundation_or_a_held_patch_belong_to_it() {
     simulation.cut(body, &square.notches[0]).unwrap();
     simulation.step(DT).unwrap();
     let world = simulation.world();
-    let (vertices, springs) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Springs>(body).unwrap());
-    assert!(world.get::<&Refined>(body).unwrap().split_count > 100);
+    let (vertices, springs) =
+        (world.get::<&Vertices>(body.entity()).unwrap(), world.get::<&Springs>(body.entity()).unwrap());
+    assert!(world.get::<&Refined>(body.entity()).unwrap().split_count > 100);
     assert_eq!(springs.anchors.rows().len(), vertices.len());
     for (&row, anchor) in springs.anchors.rows().iter().zip(springs.anchors.values()) {
         // A blend of the same parents with the same weights, in another order of roundings.
         assert!(anchor.point.distance(vertices.rest_position[row as usize]) < 1e-13 && anchor.stiffness == 1e-6);
     }
-    let holds = world.get::<&Holds>(body).unwrap();
+    let holds = world.get::<&Holds>(body.entity()).unwrap();
     let held = &holds.groups[2].members;
     let is_inside = |p: DVec3| (p.x - 15.0).abs() <= 3.0 && p.y <= 26.4 && p.y >= 22.8;
     for (row, &p) in vertices.rest_position.iter().enumerate() {

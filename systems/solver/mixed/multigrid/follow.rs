@@ -151,7 +151,7 @@ mod tests {
             DVec3::new(60.0 + 18.0 * (5.0 * s).sin(), 100.0 - 85.0 * s, 0.0)
         };
         for i in 0..12 {
-            let mut tables = simulation.world().query_one::<(&Vertices, &Triangles, &Topology)>(body);
+            let mut tables = simulation.world().query_one::<(&Vertices, &Triangles, &Topology)>(body.entity());
             after(tables.get().unwrap());
             drop(tables);
             simulation.cut(body, &[at(i), at(i + 1)]).unwrap();

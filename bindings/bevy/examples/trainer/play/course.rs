@@ -3,9 +3,9 @@
 use bevy::prelude::*;
 use bevy_rhexis::rhexis::components::TearLog;
 use bevy_rhexis::rhexis::event::Event;
-use bevy_rhexis::rhexis::hecs;
 use bevy_rhexis::rhexis::report::{Outcome, TearCourse};
 use bevy_rhexis::rhexis::snapshot::Snapshot;
+use bevy_rhexis::rhexis::storage::BodyId;
 use bevy_rhexis::{RhexisWorld, TissueEvent};
 
 /// The course of the tear; none for a body without a rim.
@@ -21,7 +21,7 @@ pub struct Course {
 const MOST_KEPT: usize = 16;
 
 impl Course {
-    pub fn new(world: &RhexisWorld, body: hecs::Entity) -> Self {
+    pub fn new(world: &RhexisWorld, body: BodyId) -> Self {
         let simulation = world.simulation();
         let tear = TearCourse::new(simulation.world(), body, simulation.time());
         Self { tear, time: simulation.time(), kept: Vec::new() }
@@ -50,8 +50,8 @@ impl Course {
     }
 
     /// The figures in lines of words.
-    pub fn lines(&self, world: &RhexisWorld, body: hecs::Entity) -> String {
-        let log = world.simulation().world().get::<&TearLog>(body).map_or(0.0, |log| log.length);
+    pub fn lines(&self, world: &RhexisWorld, body: BodyId) -> String {
+        let log = world.simulation().world().get::<&TearLog>(body.entity()).map_or(0.0, |log| log.length);
         let Some(tear) = &self.tear else { return format!("tear          {log:.2} mm") };
         let figures = tear.figures();
         let outcome = match figures.outcome {

@@ -7,8 +7,8 @@ pub mod hand;
 
 use bevy::prelude::*;
 use bevy_rhexis::rhexis::components::{Jaws, Slip};
-use bevy_rhexis::rhexis::hecs;
 use bevy_rhexis::rhexis::snapshot::Snapshot;
+use bevy_rhexis::rhexis::storage::BodyId;
 use bevy_rhexis::{Forceps, RhexisPlugin, RhexisSystems, RhexisWorld, Tissue};
 use rhexis_scene::Document;
 
@@ -21,7 +21,7 @@ const REACH: f64 = 0.4;
 /// The capsule's body, and its state before the first touch.
 #[derive(Resource)]
 pub struct Capsule {
-    pub body: hecs::Entity,
+    pub body: BodyId,
     pub start: Snapshot,
 }
 

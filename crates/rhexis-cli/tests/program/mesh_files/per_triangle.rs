@@ -18,7 +18,7 @@ fn what_differs_from_triangle_to_triangle() {
     let of = |per_triangle: &str, more: &str| {
         let lines = format!("{mesh}per_triangle = {{ {per_triangle} }}\n{more}");
         let instance = scene(&files, &lines).unwrap().instantiate().unwrap_or_else(|error| panic!("{error}"));
-        let triangles = instance.simulation.world().get::<&Triangles>(instance.bodies[0]).unwrap();
+        let triangles = instance.simulation.world().get::<&Triangles>(instance.bodies[0].entity()).unwrap();
         [0, 1].map(|t| (triangles.strength[t], triangles.toughness[t], triangles.pre_stretch[t]))
     };
     let none = Sym2::ZERO;

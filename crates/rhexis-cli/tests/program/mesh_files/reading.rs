@@ -4,7 +4,7 @@ use super::as_they_are::MSH_2;
 use super::samples::{PLY, VTU};
 use glam::{DVec3, dvec3};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{TriangleMesh, Triangles};
+use rhexis::storage::{BodyId, TriangleMesh, Triangles};
 use rhexis_scene::mesh_file::{MeshFile, Reading, from_bytes_with};
 use rhexis_scene::{MeshSummary, Scene, SceneError};
 use std::path::Path;
@@ -313,7 +313,7 @@ fn thickness_comes_from_an_array() {
     // What is no number is the body's own thickness.
     let half = file.replace("0.3 0.3", "NaN 0.3");
     let instance = scene(&[("a.vtu", &half)], &mapped).unwrap().instantiate().unwrap();
-    let triangles = instance.simulation.world().get::<&Triangles>(instance.bodies[0]).unwrap();
+    let triangles = instance.simulation.world().get::<&Triangles>(instance.bodies[0].entity()).unwrap();
     assert_eq!([0, 1].map(|t| triangles.thickness[t]), [0.1, 0.3]);
     for (file, lines, told) in [
         (&file, mapped.replace("thick\"", "thin\""), "the mesh has no array \"thin\": it has \"fibre\", \"thick\""),
@@ -337,8 +337,8 @@ fn thickness_comes_from_an_array() {
 }
 
 /// The fibres of a body, and the centroid and normal of each triangle at rest.
-fn fibres(simulation: &Simulation, body: hecs::Entity, mesh: &TriangleMesh) -> Vec<(DVec3, DVec3, DVec3)> {
-    let triangles = simulation.world().get::<&Triangles>(body).unwrap();
+fn fibres(simulation: &Simulation, body: BodyId, mesh: &TriangleMesh) -> Vec<(DVec3, DVec3, DVec3)> {
+    let triangles = simulation.world().get::<&Triangles>(body.entity()).unwrap();
     let of = |t: usize| {
         let [a, b, c] = mesh.triangles[t].map(|v| mesh.positions[v as usize]);
         (triangles.fibre[t], (a + b + c) / 3.0, (b - a).cross(c - a).normalize())

@@ -2,12 +2,12 @@
 
 use super::super::BenchError;
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{Damping, Drag, Fibres, Grasp, Gravity, Jaws, Material, Pose, Slip, Tearing};
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::TriangleMesh;
+use rhexis::storage::{BodyId, ForcepsId};
 use std::sync::Arc;
 
 /// Side of the sheet, and radius of the sphere that it is cut from \[mm\].
@@ -31,8 +31,8 @@ const CUTS: f64 = 0.004;
 /// The simulation and its player.
 pub(super) struct Game {
     pub simulation: Simulation,
-    pub cloth: Entity,
-    forceps: Entity,
+    pub cloth: BodyId,
+    forceps: ForcepsId,
     dice: u64,
     cursor: DVec2,
     /// Distance at which the cloth was grasped \[mm\]; `None` with an open hand.

@@ -1,11 +1,11 @@
 //! The rows: changes of the settings, each by itself.
 
 use super::super::BenchError;
-use hecs::Entity;
 use rhexis::components::Sleeping;
 use rhexis::settings::ablation::Part;
 use rhexis::settings::{Precision, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
+use rhexis::storage::BodyId;
 
 /// One change.
 pub(super) struct Row {
@@ -66,7 +66,7 @@ impl Row {
     }
 
     /// Makes the change in a simulation.
-    pub(super) fn apply(&self, simulation: &mut Simulation, body: Entity) -> Result<(), BenchError> {
+    pub(super) fn apply(&self, simulation: &mut Simulation, body: BodyId) -> Result<(), BenchError> {
         let settings = self.settings(simulation.settings());
         simulation.set_settings(settings)?;
         if self.may_sleep {

@@ -7,13 +7,13 @@ use super::super::{BenchError, Depth};
 use super::cases::{Case, Source};
 use super::game::Game;
 use super::rows::Row;
-use hecs::Entity;
 use rhexis::components::{Grips, Reactions};
 use rhexis::event::{Event, EventKind};
 use rhexis::report::{Report, TearCourse};
 use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::snapshot::Snapshot;
+use rhexis::storage::BodyId;
 use rhexis::storage::TipKey;
 use rhexis_scene::Instance;
 
@@ -94,7 +94,7 @@ impl Host {
         }
     }
 
-    fn body(&self) -> Entity {
+    fn body(&self) -> BodyId {
         match self {
             Self::Scene(instance, _) => instance.bodies[0],
             Self::Game(game) => game.cloth,
@@ -144,10 +144,13 @@ impl Host {
     fn force(&mut self) -> f64 {
         let body = self.body();
         let world = self.simulation().world();
-        if let Ok(grips) = world.get::<&Grips>(body) {
+        if let Ok(grips) = world.get::<&Grips>(body.entity()) {
             return grips.pinches.iter().map(|pinch| pinch.force.length()).sum();
         }
-        let last = world.get::<&Reactions>(body).ok().and_then(|reactions| Some(reactions.groups.last()?.iter().sum()));
+        let last = world
+            .get::<&Reactions>(body.entity())
+            .ok()
+            .and_then(|reactions| Some(reactions.groups.last()?.iter().sum()));
         last.map_or(0.0, |force: glam::DVec3| force.length())
     }
 }
@@ -258,7 +261,7 @@ impl<'a> Start<'a> {
                 trace.states.extend(State::of(host.simulation(), body));
             }
         }
-        let grips = host.simulation().world().get::<&Grips>(body).map_or(0, |grips| grips.grasp_count);
+        let grips = host.simulation().world().get::<&Grips>(body.entity()).map_or(0, |grips| grips.grasp_count);
         counts.grasps = u64::from(grips);
         let opening = match &host {
             Host::Scene(_, Some(course)) => course.figures().opening.map_or(f64::NAN, |opening| opening.diameter),
@@ -270,7 +273,7 @@ impl<'a> Start<'a> {
 }
 
 /// Error of the next step's solve, in a copy of the simulation: the run itself stays as it is.
-fn step_error(simulation: &Simulation, body: Entity, dt: f64) -> Result<StepError, BenchError> {
+fn step_error(simulation: &Simulation, body: BodyId, dt: f64) -> Result<StepError, BenchError> {
     let place = simulation.bodies().iter().position(|known| *known == body);
     let copied = Simulation::from_snapshot(&simulation.snapshot());
     let mut copy = copied.map_err(|error| BenchError::State(error.to_string()))?;

@@ -5,7 +5,6 @@
 use super::super::VerifyError;
 use super::super::bodies::{self, Linear};
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{
     Curve, DecidedBy, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Material, Refinement, TearDecision, Tearing,
     Toughness,
@@ -14,7 +13,7 @@ use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::{Simulation, SimulationError};
-use rhexis::storage::{Tips, Topology, TriangleMesh, Triangles, Vertices};
+use rhexis::storage::{BodyId, Tips, Topology, TriangleMesh, Triangles, Vertices};
 use rhexis::systems::fracture::{EnergyTerms, Surface, TipMemory, energy_decision, tip_decision};
 use rhexis_scene::generate::{self, GenerateError};
 
@@ -191,7 +190,7 @@ pub(super) struct Cracked {
     /// The simulation.
     pub simulation: Simulation,
     /// Its only body.
-    pub body: Entity,
+    pub body: BodyId,
 }
 
 impl Cracked {
@@ -224,7 +223,7 @@ impl Cracked {
     /// If there is no such body.
     pub(super) fn tips(&self, toughness: Toughness) -> Result<Vec<Tip>, VerifyError> {
         type Query<'a> = ((&'a Vertices, &'a Triangles, &'a Topology), (&'a Tips, &'a Tearing));
-        let mut query = self.simulation.world().query_one::<Query>(self.body);
+        let mut query = self.simulation.world().query_one::<Query>(self.body.entity());
         let ((vertices, triangles, topology), (tips, tearing)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let surface = Surface {

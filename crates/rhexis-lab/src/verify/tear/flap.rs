@@ -8,13 +8,12 @@
 use super::super::{Artifacts, Line, Row, Rows, VerifyError, bodies, largest};
 use super::steady::{median, steady};
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{Bending, Curve, Damping, Drag, EnergyCriterion, Material, Refinement, Tearing, Toughness};
 use rhexis::event::EventKind;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::{Simulation, SimulationError};
-use rhexis::storage::{TipKey, Tips, Vertices};
+use rhexis::storage::{BodyId, TipKey, Tips, Vertices};
 use rhexis_scene::generate;
 use std::f64::consts::PI;
 
@@ -158,8 +157,10 @@ impl Flap {
         let (mut work, mut length) = (0.0, 0.0);
         let (mut before, mut state) = (DVec3::ZERO, [0.0; 2]);
         while simulation.time() < OVER + AHEAD / SPEED && !torn.is_free && length < most {
-            let criterion =
-                simulation.world().get::<&Tips>(body).map_or(0.0, |tips| largest(tips.criterion.iter().copied()));
+            let criterion = simulation
+                .world()
+                .get::<&Tips>(body.entity())
+                .map_or(0.0, |tips| largest(tips.criterion.iter().copied()));
             let dt = self.dt[usize::from(criterion < TAUT)];
             simulation.step(dt)?;
             let pull = Pull { form: state[0], release: state[1], work, torn: length };
@@ -248,9 +249,9 @@ impl Flap {
 }
 
 /// The middle of the tips now \[mm\], and the sum of the material forces at them \[N/mm\].
-fn tips_and_release(simulation: &Simulation, body: Entity) -> Result<[DVec3; 2], VerifyError> {
+fn tips_and_release(simulation: &Simulation, body: BodyId) -> Result<[DVec3; 2], VerifyError> {
     let released = simulation.material_forces(body)?.iter().map(|tip| tip.force).sum();
-    let mut query = simulation.world().query_one::<(&Vertices, &Tips)>(body);
+    let mut query = simulation.world().query_one::<(&Vertices, &Tips)>(body.entity());
     let (vertices, tips) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
     let middle = tips.vertex.iter().map(|&v| vertices.position[v as usize]).sum::<DVec3>() / tips.len() as f64;
     Ok([middle, released])

@@ -3,13 +3,12 @@
 use super::super::bodies;
 use super::super::{Line, VerifyError};
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::Curve;
 use rhexis::event::EventKind;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::TipKey;
+use rhexis::storage::{BodyId, TipKey};
 
 /// Displacement of either grip at the end of its curve \[mm\]; a time of 1 ms is one of 1 mm.
 const MOST: f64 = 100.0;
@@ -19,7 +18,7 @@ const TOLERANCE: f64 = 1e-9;
 /// The sheet.
 pub(super) struct Pulled {
     simulation: Simulation,
-    body: Entity,
+    body: BodyId,
     time: f64,
 }
 

@@ -35,8 +35,10 @@ struct Figures {
 impl Figures {
     fn of(square: &Square, path: &[DVec2]) -> Option<Self> {
         let world = square.instance.simulation.world();
-        let (vertices, triangles) =
-            (world.get::<&Vertices>(square.body()).ok()?, world.get::<&Triangles>(square.body()).ok()?);
+        let (vertices, triangles) = (
+            world.get::<&Vertices>(square.body().entity()).ok()?,
+            world.get::<&Triangles>(square.body().entity()).ok()?,
+        );
         // Two edges: triangles that the tear has changed, and their neighbours.
         let is_near = |corners: &[u32; 3]| {
             let x = rest_corners(&vertices, *corners);

@@ -3,10 +3,9 @@
 
 use super::super::VerifyError;
 use glam::DVec2;
-use hecs::Entity;
 use rhexis::components::TearLog;
 use rhexis::event::{Event, EventKind};
-use rhexis::storage::{TipKey, Tips, Triangles};
+use rhexis::storage::{BodyId, TipKey, Tips, Triangles};
 use rhexis_scene::schema::Mode;
 use rhexis_scene::{Document, Instance};
 
@@ -120,7 +119,7 @@ impl Square {
         changes.iter().try_for_each(|change| document.set(change))?;
         let instance = document.scene()?.instantiate()?;
         let mut square = Self { instance, events: Vec::new(), onsets: Vec::new(), edge: 0.0, length: 0.0, last: None };
-        let triangles = square.instance.simulation.world().get::<&Triangles>(square.body());
+        let triangles = square.instance.simulation.world().get::<&Triangles>(square.body().entity());
         let area = triangles.map_or(f64::NAN, |t| t.rest.iter().map(|r| r.area).sum::<f64>() / t.len() as f64);
         square.edge = (area * 4.0 / 3.0_f64.sqrt()).sqrt();
         square.events.extend(square.instance.simulation.drain_events());
@@ -128,7 +127,7 @@ impl Square {
     }
 
     /// The body.
-    pub fn body(&self) -> Entity {
+    pub fn body(&self) -> BodyId {
         self.instance.bodies[0]
     }
 
@@ -186,7 +185,7 @@ impl Square {
             }
         }
         // What the criterion has last seen: in static mode the state in which the tear rests.
-        let tips = self.instance.simulation.world().get::<&Tips>(self.body());
+        let tips = self.instance.simulation.world().get::<&Tips>(self.body().entity());
         let seen = tips.map_or(0.0, |tips| tips.criterion.iter().copied().fold(0.0, f64::max));
         let reached = first.unwrap_or(seen);
         if let Some([u, c]) = self.last
@@ -213,7 +212,12 @@ impl Square {
 
     /// Totals of the tear.
     pub fn log(&self) -> TearLog {
-        self.instance.simulation.world().get::<&TearLog>(self.body()).map(|log| (*log).clone()).unwrap_or_default()
+        self.instance
+            .simulation
+            .world()
+            .get::<&TearLog>(self.body().entity())
+            .map(|log| (*log).clone())
+            .unwrap_or_default()
     }
 
     /// All advances in order.

@@ -108,7 +108,7 @@ fn tear(square: &mut Square, narrowest: f64) -> Result<(Vec<DVec2>, Vec<Pull>), 
     // The scene's hands move for so long.
     while bands(tip) > narrowest && simulation.time() < 6000.0 {
         let criterion =
-            simulation.world().get::<&Tips>(body).map_or(0.0, |tips| largest(tips.criterion.iter().copied()));
+            simulation.world().get::<&Tips>(body.entity()).map_or(0.0, |tips| largest(tips.criterion.iter().copied()));
         simulation.step(STEPS[usize::from(criterion < TAUT)])?;
         let before = path.len();
         path.extend(simulation.drain_events().filter_map(|event| match event.kind {
@@ -119,7 +119,7 @@ fn tear(square: &mut Square, narrowest: f64) -> Result<(Vec<DVec2>, Vec<Pull>), 
             pulls.push(Pull { tip, form });
         }
         let forces: Vec<DVec3> = simulation.reactions(body)?.iter().map(|(_, force)| *force).collect();
-        let mut query = simulation.world().query_one::<(&Vertices, &Tips)>(body);
+        let mut query = simulation.world().query_one::<(&Vertices, &Tips)>(body.entity());
         let (vertices, tips) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let (Some(&row), Some(&ahead)) = (tips.vertex.first(), tips.previous.first()) else { break };
         let places = |v: usize| (vertices.rest_position[v], vertices.position[v]);

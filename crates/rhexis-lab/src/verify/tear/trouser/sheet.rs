@@ -2,7 +2,6 @@
 
 use crate::verify::{VerifyError, bodies, largest};
 use glam::{DVec2, DVec3};
-use hecs::Entity;
 use rhexis::components::{
     Bending, Curve, Damping, Drag, EnergyCriterion, Fibres, Material, Refinement, Tearing, Toughness,
 };
@@ -10,7 +9,7 @@ use rhexis::event::EventKind;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::{Simulation, SimulationError};
-use rhexis::storage::{Tips, TriangleMesh, Vertices};
+use rhexis::storage::{BodyId, Tips, TriangleMesh, Vertices};
 use rhexis_scene::generate::{self, GenerateError};
 
 /// Width and length of the sheet, and length of its legs \[mm\].
@@ -161,8 +160,10 @@ impl Trouser {
         let (mut work, mut length, mut stretch) = (0.0, 0.0, 1.0);
         while simulation.time() < most && !torn.is_through {
             // Long steps while the legs are slack.
-            let criterion =
-                simulation.world().get::<&Tips>(body).map_or(0.0, |tips| largest(tips.criterion.iter().copied()));
+            let criterion = simulation
+                .world()
+                .get::<&Tips>(body.entity())
+                .map_or(0.0, |tips| largest(tips.criterion.iter().copied()));
             let dt = if criterion < TAUT { self.dt.max(SLACK_STEP) } else { self.dt };
             simulation.step(dt)?;
             let force = 0.5 * (before[0].length() + before[1].length());
@@ -213,8 +214,8 @@ fn way(side: f64) -> DVec3 {
 }
 
 /// Mean of both legs' distance between the middle of the grip and the tip over that at rest.
-fn stretched(simulation: &Simulation, body: Entity) -> Result<f64, VerifyError> {
-    let mut query = simulation.world().query_one::<(&Vertices, &Tips)>(body);
+fn stretched(simulation: &Simulation, body: BodyId) -> Result<f64, VerifyError> {
+    let mut query = simulation.world().query_one::<(&Vertices, &Tips)>(body.entity());
     let (vertices, tips) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
     let Some(&tip) = tips.vertex.first() else { return Ok(f64::NAN) };
     let stretch = |side: f64| {
