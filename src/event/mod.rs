@@ -271,7 +271,7 @@ pub enum EventKind {
         refused: u32,
         /// Parts of the step whose answer was limited.
         limited: u32,
-        /// Most vertices whose displacement was limited in one part of the step.
+        /// Number of vertices of the body where a sub-step was limited: the fraction applies to all of them.
         limited_vertices: u32,
         /// Cause and place of the first of them.
         first: Option<GuardPlace>,

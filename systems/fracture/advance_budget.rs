@@ -7,7 +7,7 @@ use crate::systems::{StepContext, work};
 use hecs::World;
 use smallvec::SmallVec;
 
-/// A sum of equal parts may miss the way by roundings.
+/// Rounding allowance of a sum of equal budgets against the length of a triangle.
 const ROUNDED: f64 = 1.0 - 1e-9;
 
 /// A criterion above this would exceed 1 after a correction of the step as well. A tip that waits saves up only the advance
@@ -21,7 +21,7 @@ pub enum AdvanceBudget {
     Unlimited,
     /// Advance \[mm\] that a new step adds.
     New(f64),
-    /// The rest of the advance of a step that is redone.
+    /// Advance left over in a resumed step.
     Left,
 }
 
@@ -35,21 +35,19 @@ impl AdvanceBudget {
         }
     }
 
-    /// Advance \[mm\] allowed to a tip that has saved up so much, if the way to the end of its triangle is so long. An advance
-    /// too short for that is saved up, but for one triangle only: any budget that a step leaves unused beyond it has been
-    /// forgone.
+    /// Advance \[mm\] allowed to a tip with the budget `saved`, where its triangle ends after `way` \[mm\]. At most that length is carried over
+    /// from earlier steps.
     pub fn of_tip(self, saved: f64, way: f64) -> f64 {
         if let Self::New(more) = self { saved.min(way) + more } else { saved }
     }
 
-    /// Whether an advance budget \[mm\] is enough for a way \[mm\].
+    /// Whether an advance budget \[mm\] covers the length `way` \[mm\].
     pub fn suffices(self, advance_budget: f64, way: f64) -> bool {
         matches!(self, Self::Unlimited) || advance_budget >= way * ROUNDED
     }
 }
 
-/// Whether the split is going to act on the decision of the criterion, and a correction may decide otherwise. So it is where a
-/// tear starts, and where a tip that is to advance may go far enough, or it is not clear that it is to wait.
+/// Whether a corrector solve is due: a tear nucleates, a ligament parts, a tip has the budget to advance, or its criterion is near 1.
 fn will_tear(
     tables: (&Vertices, &Triangles, &Topology),
     (tearing, tips, decisions): (&Tearing, &Tips, &TearDecisions),

@@ -1,4 +1,4 @@
-//! Where a tear goes in the mesh: the geometry of advances, starts and cuts, in the rest shape.
+//! Fracture: criterion, nucleation, tip advance, cuts and refinement, all in the rest shape.
 //!
 //! An advance is decided in the chart of the tip's fan ([`TipChart`]) and planned without touching the mesh ([`plan_free`],
 //! [`plan_edge`]). A [`Cutter`] carries it out: edits that bring a vertex onto the path, the opening of the edge to it, and flips

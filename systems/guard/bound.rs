@@ -1,4 +1,4 @@
-//! Bounds the spurious energy of triangles where none goes far, at a fraction of the price of the sum.
+//! Cheap upper bound of the spurious energy, for solves in which no deformation gradient changes much.
 
 use crate::components::{Frames, Increment};
 use crate::math::{ElementState, Faded};
@@ -7,8 +7,8 @@ use crate::systems::kernels::membrane_lanes::Far;
 use crate::systems::parallel;
 use glam::DVec2;
 
-/// Change of the deformation gradient from which on a triangle that is not crushed goes far: a smaller one turns by less than
-/// 0.1, and its spurious energy has a bound.
+/// Change of the deformation gradient above which the bound does not hold, for a triangle that is not crushed. A smaller change turns by
+/// less than 0.1 rad.
 const FAR_GRADIENT: f64 = 0.1;
 
 /// Upper bound \[mJ\] of the spurious energy of the triangles; infinite where the gradient of one changes by more than [`FAR_GRADIENT`].
@@ -32,8 +32,8 @@ pub(super) fn bound(
     (twice_stored * missed).sqrt() + missed
 }
 
-/// The mean stretch, between 0 and 1, or the part of it that is no mirror image. A turn changes the gradient of a triangle that
-/// is crushed by so much less. Where nothing is left of its stretches, or the law fades, any change may turn it over.
+/// Mean stretch between 0 and 1, reduced where one stretch is negative (a mirror image). Zero where the law fades: any change may turn the
+/// triangle over.
 fn uncrushed(state: &ElementState, is_planar: bool) -> f64 {
     let stretch = state.polar.stretch;
     if Faded::at(stretch, is_planar).is_some() {

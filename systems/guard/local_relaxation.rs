@@ -28,23 +28,23 @@ const ARMIJO_OF_MOVE: f64 = 1e-4;
 /// Most times that a local relaxation is enlarged.
 const MOST_ENLARGEMENTS: u32 = 4;
 
-/// A vertex keeps the solve's way where jaws, springs or its own mass hold it by this multiple of the membrane's stiffness.
+/// Ratio of vertex stiffness (jaws, springs, mass) to membrane stiffness above which a vertex keeps the displacement of the solve.
 const LED: f64 = 10.0;
 
-/// Size limit of a local relaxation, as a part of the vertices: energy created by more of them is the whole body's fault.
+/// Size limit of a local relaxation, as a fraction of the vertices; beyond it the whole step is at fault.
 const MOST_RELAXED: f64 = 0.05;
 
 /// Size limit of a local relaxation in small bodies, up to [`FEW_VERTICES`] vertices, as a part of the vertices.
 const MOST_RELAXED_OF_FEW: f64 = 0.15;
 
-/// Vertices of a local relaxation that count as few.
+/// Number of relaxed vertices up to which the size limit of small bodies applies.
 const FEW_VERTICES: f64 = 24.0;
 
 /// Factor on the vertices of a local relaxation in a body that gets a Newton correction anyway, and its most sweeps.
 const WIDER: usize = 4;
 const FEW_SWEEPS: u32 = 8;
 
-/// The part of an excess that triangles of a given number have to make up for.
+/// Fraction of the excess that suffices once the number of starting triangles is used up.
 const NEARLY: f64 = 0.9;
 
 /// Vertices of a body that are relaxed locally.
@@ -69,8 +69,8 @@ pub(super) struct Extent {
 }
 
 impl LocalRelaxation {
-    /// Patch for the spurious energy \[mJ\] by `judge` to stay below the limit `most`, and that energy. The answer of the solve creates `sum`.
-    /// `None` where no local relaxation is large enough, or none of so many triangles to begin with; a partial one may be above the limit.
+    /// Local relaxation that brings the spurious energy `sum` \[mJ\] of an answer below the limit `most`, with the energy that `judge` finds.
+    /// `None` where the size limits are exceeded; a partial relaxation may stay above the energy limit.
     pub(super) fn found(
         solved: &Solved,
         full: &Operator,
@@ -110,8 +110,8 @@ impl LocalRelaxation {
         self.rows.len()
     }
 
-    /// Takes in the triangles that create the most, until they make up for an `excess` \[mJ\]; where those are in it already,
-    /// the triangles around it. Whether the local relaxation has room for them; one that has none takes them as far as it has.
+    /// Adds the triangles that create most until they account for `excess` \[mJ\], or else the surrounding ones; returns whether the size
+    /// limits allow that.
     fn grow(&mut self, solved: &Solved, excess: f64, extent: &Extent) -> bool {
         let Operator { triangles, topology, .. } = solved.operator;
         let judged = self.judged(solved);
@@ -141,7 +141,7 @@ impl LocalRelaxation {
         is_enough
     }
 
-    /// Takes in vertices if it then has no more than so many.
+    /// Adds vertices unless there would be more than `most`; returns whether they were added.
     fn take(&mut self, vertices: &[u32], most: usize) -> bool {
         let before = self.rows.len();
         for v in vertices {
@@ -195,7 +195,7 @@ impl LocalRelaxation {
             size = size.min(rest.area.sqrt());
         }
         let own = full.diagonal_block(v) - elastic;
-        // Vertices led by jaws or springs go where they are led: their force is a stiff spring's over a tiny way.
+        // Vertices led by jaws or springs keep the displacement of the solve: their force is that of a stiff spring.
         if trace(&own) > LED * trace(&elastic) {
             return 0.0;
         }

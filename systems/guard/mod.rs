@@ -62,24 +62,23 @@ use verdict::{Judged, Permitted};
 /// adds, so that a much smaller share would refuse steps that do no harm.
 const SPURIOUS_SHARE: f64 = 0.1;
 
-/// Share of the limit up to which unchecked bounds do in place of sums.
+/// Share of the limit up to which unchecked bounds replace full sums.
 const UNCHECKED: f64 = 0.1;
 
-/// Triangles that may make up for the spurious energy of a whole step, for their vertices to be relaxed locally at once.
+/// Largest number of triangles from which a local relaxation may start in a first attempt, before halves or corrections.
 const SPIKE: usize = 2;
 
-/// Steps in which vertices are relaxed locally at once after one in which some had to: where a spike flaps, it does so for a
-/// while.
+/// Steps without that limit of triangles after one with a local relaxation, as a spike that flaps goes on for a while.
 const RELAXING: u32 = 8;
 
 /// A strain whose energy counts as being in the body: slack tissue at rest stores nothing, and may turn.
 const SLACK_STRAIN: f64 = 0.01;
 
-/// Fraction of the increment down to which a body is tried at halves.
+/// Smallest fraction of the increment that is tried by halving.
 const HALVED: f64 = 1e-3;
 
-/// Fraction of the increment down to which it is then tried at eighths. Where stiff tissue is crushed, nothing but inertia holds it
-/// from the side in a solve. In a step that is long beside its waves the increment is a million times as long as the tissue. Along
+/// Smallest fraction of the increment of a body at rest, tried by eighths. Where stiff tissue is crushed, inertia alone holds
+/// it from the side in a solve. In a step that is long beside its waves the increment is a million times as long as the tissue. Along
 /// it energy falls all the same, and a fraction that goes no further than a tenth of a triangle lets it buckle, step by step.
 const LEAST_FRACTION: f64 = 1e-15;
 
@@ -94,7 +93,7 @@ type Query<'a> = (
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
 );
 
-/// Marks for another solve the bodies that the last one would let create energy. Returns their number; with none, marks stay as they are.
+/// Marks the bodies that get a Newton correction and returns their number; with none, all marks stay.
 pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
     let bodies = world.query_mut::<(&SolveResult, &SolverScratch)>().into_iter();
     let count = bodies.filter(|(_, scratch)| scratch.to_correct.is_some()).count();
@@ -148,7 +147,7 @@ fn enforce_in(
     let operator = Operator { folds, inertia: step.inertia(), viscosity, ..membrane };
     let fibres = fibre_law(fibres, pre_stretch);
     let (is_planar, unstretched) = (planar.is_some(), PreStretch::unstretched(pre_stretch));
-    // Neither halves of the step nor a Newton correction with a fallback sub-step after it.
+    // The budget allows no two solves: neither halves nor a correction with a fallback sub-step after it.
     let is_last = !step.affords(result, 2);
     // After the first Newton correction there is enough left for a fallback sub-step.
     let may_correct = step.newton_corrections > 0
@@ -174,7 +173,7 @@ fn enforce_in(
     let is_corrected = to_correct.is_some();
     let limit =
         to_correct.take().unwrap_or_else(|| SPURIOUS_SHARE * solved.energy(twice_stored, tautness.slack, partials));
-    // Once the body has lost energy, its share of the rest is the most that can be spurious.
+    // Where the body has lost energy since, the sum is clamped to the present limit.
     let mut before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
     ledger.unchecked_bound = ledger.unchecked_bound.min(UNCHECKED * limit);
     let bound =
@@ -223,7 +222,7 @@ fn enforce_in(
     verdict.apply(place, limit, (increment, scratch, ledger));
 }
 
-/// Whether nothing holds a body, or only its plane: halves of a step keep its spin, which Newton's method brakes as backward Euler does.
+/// Whether a body may spin, held by nothing or only in its plane: retried halves keep its spin, Newton corrections brake it.
 fn may_spin(planar: Option<&Planar>, free: &FreeAxes, grips: Option<&Grips>) -> bool {
     let is_gripped = |grips: &Grips| grips.pinches.iter().any(|pinch| !pinch.held.rows().is_empty());
     planar.is_some() || free.iter().all(|axes| *axes == DVec3::ONE) && !grips.is_some_and(is_gripped)

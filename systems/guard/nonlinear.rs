@@ -43,7 +43,7 @@ type Elastic<'a> = (
     Option<(&'a Bending, &'a DihedralAngles)>,
 );
 
-/// Whether steps are judged here.
+/// Whether the step is judged at its end: it has several Newton iterations, or two stages.
 fn is_judged(step: &StepContext) -> bool {
     !step.is_static && (step.newton_iterations > 1 || step.formula != Formula::BackwardEuler)
 }

@@ -17,15 +17,15 @@ use glam::DVec3;
 pub(super) struct Solved<'a> {
     pub(super) operator: Operator<'a>,
     pub(super) increment: &'a Increment,
-    /// The way that is judged.
+    /// Displacement that is judged \[mm\]: the solve's answer, or that of a local relaxation.
     pub(super) delta: &'a [DVec3],
     pub(super) free: &'a FreeAxes,
     pub(super) law: BodyLaw<'a>,
     /// Residual of the solve, b − A·δ \[N\].
     pub(super) residual: &'a [DVec3],
-    /// Whether the spurious energy of earlier solves of the step is in the sum, with their dissipation.
+    /// Whether the ledger already holds the spurious energy and the dissipation of the step's earlier solves.
     pub(super) is_counted: bool,
-    /// Whether there is damping, and something that an earlier solve of the step has gone.
+    /// Whether the body is damped and an earlier solve of the step has displaced it.
     pub(super) is_damped_before: bool,
     /// The coefficient of drag over dt \[N/mm³\].
     pub(super) drag: f64,
@@ -39,7 +39,7 @@ pub(super) struct Bounds {
     pub(super) before: f64,
     /// Work of the residual.
     pub(super) work: f64,
-    /// See [`Solved::unsolved`].
+    /// u·A·u of the whole answer ([`Solved::unsolved`]).
     pub(super) unsolved: f64,
     /// Limit of the spurious energy.
     pub(super) most: f64,

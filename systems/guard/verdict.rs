@@ -11,7 +11,7 @@ use glam::DVec3;
 
 /// Remedies permitted for an answer that creates too much energy.
 pub(super) struct Permitted {
-    /// Most triangles of the first local relaxation, whose vertices are relaxed locally.
+    /// Largest number of triangles from which the first local relaxation may start.
     pub triangles: usize,
     /// Whether the body may take a fraction of the answer.
     pub is_shortened: bool,
@@ -50,7 +50,7 @@ pub(super) enum Verdict {
 }
 
 impl Judged<'_> {
-    /// The verdict, and where the most was created if that is too much.
+    /// Verdict and, where the limit is exceeded, the place that creates most.
     pub(super) fn verdict(&self, may: &Permitted, sums: &mut Sums<'_>) -> (Verdict, Option<GuardPlace>) {
         let Self { solved, before, more, work, most, .. } = *self;
         let sum = before + more + work;
@@ -89,15 +89,14 @@ impl Judged<'_> {
         let Self { solved, before, work, most, .. } = *self;
         let bounds = Bounds { before, work, unsolved: solved.unsolved(sums.partials), most };
         let (mut fraction, mut sum) = solved.shorten(&bounds, HALVED, sums);
-        // A body at rest: smaller fractions are tried, lest it rest for ever.
+        // A body at rest would stay at rest: smaller fractions are tried.
         if fraction == 0.0 && solved.increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
             (fraction, sum) = solved.shorten(&bounds, LEAST_FRACTION, sums);
         }
         if sum <= most { Verdict::StepLimited(sum, fraction) } else { Verdict::Refused }
     }
 
-    /// `sum` is the spurious energy of the answer; `part` a local relaxation that takes some of it away, with the spurious energy then
-    /// left.
+    /// Newton correction of an answer that creates `sum`; `part` is a partial local relaxation with the spurious energy that it leaves.
     fn solved_further(
         &self,
         is_corrected: bool,

@@ -28,7 +28,7 @@ pub struct CgInfo {
     pub is_late: bool,
 }
 
-/// Why a solve stopped without an answer. The first guess is then as it was.
+/// Reason why a solve stopped without an answer; the guess may have been scaled or moved along free axes.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CgError {
     /// A direction of zero or negative curvature: the operator is not positive definite. In one that is, rounding may make such a
@@ -51,7 +51,7 @@ pub enum CgError {
 /// with zeros along prescribed axes, and returns r·z.
 ///
 /// # Errors
-/// See [`CgError`]; `x` is then unchanged along free axes up to the iterations done.
+/// See [`CgError`]; `x` may then have been scaled and moved along free axes.
 pub(super) fn solve(
     operator: &Operator,
     params: &LinearParams,

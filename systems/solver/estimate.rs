@@ -14,33 +14,32 @@ use crate::components::Stops;
 use crate::math::elementary;
 use crate::settings::LinearParams;
 
-/// When a solve may stop, and when it must.
+/// Stopping limits of a linear solve.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Squared norm of the residual \[N²\] from which on it may.
+    /// Squared residual norm \[N²\] at which the solve may stop, if the energy limit is met too.
     pub residual_sq: f64,
-    /// Squared energy norm of the error \[mJ\] from which on it may.
+    /// Squared energy norm of the error \[mJ\] at which the solve may stop, if the residual limit is met too.
     pub energy: f64,
-    /// Squared norm of the residual \[N²\] that is small enough whatever the error: the stored energy may be next to nothing.
+    /// Squared residual norm \[N²\] that suffices whatever the error estimate, for bodies that store almost no energy.
     pub least_sq: f64,
-    /// Squared energy norm of the error \[mJ\] from which on it may whatever the residual, for positions are as near as is asked; zero where they
-    /// are not asked for.
+    /// Squared energy norm of the error \[mJ\] that meets the position tolerance, whatever the residual; zero without one.
     pub near: f64,
-    /// Iterations at the most.
+    /// Iteration limit.
     pub iterations: u32,
-    /// When it must, however far it has come.
+    /// Deadline of the solve.
     pub end: Option<Moment>,
-    /// After how many iterations it must instead, in a step that is repeated.
+    /// Iteration at which the solve of a repeated step stops, in place of the deadline.
     pub stop: Option<u32>,
 }
 
-/// A relative residual this far under the error allowed is small enough.
+/// Relative residual, over the stress tolerance, that suffices by itself.
 const FAR_BELOW: f64 = 1e-3;
 
-/// No round of iterations goes further than this below its own residual: from about ten times less on, single precision only adds noise.
+/// Smallest residual reduction asked of one round; below a tenth of it single precision only adds noise.
 const MOST_REDUCTION: f64 = 1e-5;
 
-/// A solve that stops for the error of positions leaves at most so much of the squared error for each part that it has taken away.
+/// Largest ratio of remaining to removed squared error at which the position tolerance may stop a solve.
 const PROGRESS: f64 = 1.0;
 
 /// A round aims a little below the tolerance, lest the last digits of single precision ask for another.
@@ -85,18 +84,18 @@ impl Limits {
         if self.end.is_none() { self } else { Self { stop: stops.next_round(), ..self } }
     }
 
-    /// Whether it may stop.
+    /// Whether residual and energy error meet the limits.
     pub(super) fn are_met(&self, residual_sq: f64, energy: f64) -> bool {
         residual_sq <= self.residual_sq && (energy <= self.energy || residual_sq <= self.least_sq)
     }
 
-    /// Whether an answer of which no more is known does.
+    /// Whether a finished answer meets the limits, the position tolerance included.
     pub(super) fn are_met_at_end(&self, residual_sq: f64, energy: f64) -> bool {
         self.are_met(residual_sq, energy) || self.is_near(energy)
     }
 
-    /// Whether a solve may stop in the midst of iterations: for positions only after some, and where they have found half of the error of
-    /// the guess, lest vertices that move by less in a step never move.
+    /// Whether a running solve may stop. The position tolerance counts only after a few iterations that removed half of the squared error;
+    /// otherwise slow vertices would never move.
     pub(super) fn allow_stop(&self, residual_sq: f64, error: &EnergyError) -> bool {
         let energy = error.squared();
         self.are_met(residual_sq, energy)
@@ -117,7 +116,7 @@ impl Limits {
     }
 }
 
-/// Residuals that are kept, the last one with them: the later of the two comparisons is with the oldest.
+/// Residuals kept for the later of the two comparisons, the present one included.
 const BACK: usize = 4;
 
 /// The squared energy norm of the error through the iterations of a solve \[mJ\].
@@ -128,7 +127,7 @@ pub(super) struct EnergyError {
     first_rz: f64,
     /// Σ α·(r·z) so far.
     sum: f64,
-    /// That sum and r·z at the last residuals.
+    /// Σ α·(r·z) and r·z at each of the last residuals.
     last: [(f64, f64); BACK],
     count: usize,
 }

@@ -16,13 +16,13 @@ use crate::systems::bending::BendingPasses;
 use crate::systems::parallel;
 use glam::{DMat3, DVec2, DVec3};
 
-/// Iterations with a factor of an earlier state at the most: guided vertices, which it does not know, take some even with one of the present.
+/// Iteration limit with a factor of an earlier state; guided vertices, unknown to it, cost some iterations with any factor.
 const MOST_WITH_EARLIER_FACTOR: u32 = 60;
 
-/// A pivot below this part of a block's largest entry is none.
+/// Determinant over the product of the diagonal below which a block counts as singular.
 const LEAST_GUIDED_PIVOT: f64 = 1e-12;
 
-/// As [`solve`](super::solve), for a body with guided vertices. It starts from nothing along free axes and guides.
+/// Solve for a body with guided vertices, from a zero guess along free axes and guides.
 ///
 /// # Errors
 /// See [`CgError`].

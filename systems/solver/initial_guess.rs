@@ -6,8 +6,8 @@ use crate::systems::bending::BendingPasses;
 use crate::systems::parallel;
 use glam::{DVec2, DVec3};
 
-/// Fills `without` with the residual \[N\] of no guess, b less the product of A with the prescribed motion in `x`, and returns its
-/// squared norm; `product` is scratch.
+/// Fills `without` with the residual \[N\] of a zero guess, b − A·x for the prescribed motion in `x`, and returns its squared norm.
+/// `product` is scratch.
 ///
 /// # Errors
 /// [`CgError::NotFinite`] where b, the motion or the operator holds a NaN or an infinity.
@@ -27,7 +27,7 @@ pub(super) fn residual_without(
     if norm_sq.is_finite() { Ok(norm_sq) } else { Err(CgError::NotFinite { iteration: 0 }) }
 }
 
-/// Whether there is no guess: nothing moves along free axes.
+/// Whether the guess is zero along free axes.
 pub(super) fn is_none(x: &[DVec3], free: &FreeAxes) -> bool {
     x.iter().zip(free).all(|(x, free)| *x * *free == DVec3::ZERO)
 }

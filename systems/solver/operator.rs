@@ -1,4 +1,5 @@
-//! A = M/dt² + external stiffness + Σ over triangles of the element tangent, applied without a matrix.
+//! Operator A = M/s² + external stiffness + bending + Σ over triangles of (1 + β/s)·elastic + geometric stiffness, applied matrix-free.
+//! The effective time step s is that of the formula.
 //!
 //! Every triangle has a force for each of its corners, every vertex the sum of its corners in the order of triangle rows. No two
 //! threads write one number and every sum has one order.
@@ -33,9 +34,9 @@ pub struct Operator<'a> {
     pub external: Option<&'a ExternalStiffness>,
     /// Bending, at the same state.
     pub folds: Option<&'a DihedralAngles>,
-    /// 1/dt² \[1/ms²\].
+    /// 1/s² \[1/ms²\] for the effective time step s, with the inertia of Levenberg–Marquardt damping.
     pub inertia: f64,
-    /// β/dt of strain-rate damping.
+    /// β/s of strain-rate damping, for the effective time step s.
     pub viscosity: f64,
     /// Follower pressure \[MPa\] whose load stiffness is part of it; zero where that is left out.
     pub pressure: f64,

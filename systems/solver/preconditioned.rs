@@ -1,5 +1,10 @@
-//! One linear solve with the preconditioners available: a sparse Cholesky factor while it is good, the mixed-precision solver, or double
-//! precision with multigrid or block Jacobi.
+//! One linear solve, by the first of these preconditioners that is available and meets the tolerance:
+//!
+//! 1. a Cholesky factor of an earlier state, renewed on the spot where it needs too many iterations ([`Refresh::Now`]);
+//! 2. a Cholesky factor made in the background, within its iteration limit ([`Refresh::Background`]);
+//! 3. the mixed-precision solver with its own preconditioner, or multigrid cycles in double precision for exact tangents;
+//! 4. a Cholesky factor made on the spot, where the mixed-precision solver fails in a dynamic step;
+//! 5. block Jacobi in double precision, which is always available.
 
 use super::factor::{Factor, NoFactor};
 use super::{CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, ProductMemory, block_jacobi, cg, guided};
@@ -149,7 +154,7 @@ fn solve_without_factor(
     info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
 }
 
-/// Iterations with multigrid's cycle, once more with one of the present operator where that of an earlier one does not do.
+/// Solve with multigrid cycles in double precision, repeated with present numbers where those of an earlier operator do not suffice.
 fn solve_with_cycles(
     operator: &Operator,
     params: &LinearParams,

@@ -18,14 +18,14 @@ pub(super) trait Vectors {
     /// q = A·p. Returns p·q.
     fn multiply(&mut self) -> f64;
 
-    /// Whether a curvature p·q that is not positive only says that nothing is left to be found.
+    /// Whether a non-positive curvature p·q is rounding at convergence, not indefiniteness.
     fn is_at_end(&mut self, curvature: f64, rz: f64) -> bool;
 
     /// x += α·p, r −= α·q, z = M⁻¹·r. Returns r·r and r·z.
     fn advance(&mut self, alpha: f64) -> DVec2;
 }
 
-/// How far the iterations have come.
+/// Result of the iterations.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reached {
     /// Iterations done.

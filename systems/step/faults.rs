@@ -18,7 +18,7 @@ fn fault(vertices: &Vertices, (result, scratch, ledger): Solve<'_>) -> Option<Fa
         return Some(Fault::Unsolvable);
     }
     let Vertices { position, velocity, mass, .. } = vertices;
-    // An energy that overflows is none; nor is a force that does.
+    // Overflowing energies and forces count as not finite.
     let is_finite = scratch.twice_stored.is_finite()
         && result.imbalance.is_finite()
         && position.iter().all(|x| x.is_finite())
@@ -31,29 +31,30 @@ fn fault(vertices: &Vertices, (result, scratch, ledger): Solve<'_>) -> Option<Fa
 
 type Solve<'a> = (&'a SolveResult, &'a SolverScratch, &'a GuardLedger);
 
-type Judged<'a> = (&'a Vertices, Solve<'a>, Option<&'a Sleeping>);
+/// Query of the components in which faults show.
+type FaultQuery<'a> = (&'a Vertices, Solve<'a>, Option<&'a Sleeping>);
 
 /// Fault of a body that is awake; a sleeping body was sound when it fell asleep.
-fn fault_of((vertices, solve, sleeping): Judged<'_>) -> Option<Fault> {
+fn fault_of((vertices, solve, sleeping): FaultQuery<'_>) -> Option<Fault> {
     if sleeping.is_some_and(Sleeping::is_asleep) { None } else { fault(vertices, solve) }
 }
 
 /// Fault of a body, if it has one.
 pub fn fault_in(world: &World, body: Entity) -> Option<Fault> {
-    world.query_one::<Judged>(body).get().ok().and_then(fault_of)
+    world.query_one::<FaultQuery>(body).get().ok().and_then(fault_of)
 }
 
-/// Whether every solve and every state is.
+/// Whether every solve and every state is finite.
 pub fn is_finite(world: &mut World) -> bool {
     world
-        .query_mut::<Judged>()
+        .query_mut::<FaultQuery>()
         .into_iter()
         .all(|body| !matches!(fault_of(body), Some(Fault::Unsolvable | Fault::NotFinite)))
 }
 
-/// Rolls back the bodies that a solve has left in no sound state, and excludes them. Returns whether there are others to go on with.
+/// Rolls back and excludes the bodies that a solve has left unsound; returns whether any other body is left.
 pub(super) fn roll_back_unsound(world: &mut World, failed: &mut Excluded) -> bool {
-    let unsound = world.query_mut::<(Entity, Judged)>().into_iter();
+    let unsound = world.query_mut::<(Entity, FaultQuery)>().into_iter();
     let unsound: SmallVec<[(Entity, Fault); 1]> =
         unsound.filter_map(|(body, judged)| Some((body, fault_of(judged)?))).collect();
     if unsound.is_empty() {
@@ -97,14 +98,14 @@ type Started<'a> = (
     (Option<&'a mut Reactions>, Option<&'a mut Grips>, Option<(&'a mut Tips, &'a mut TearDecisions)>),
 );
 
-/// Back to the start of the step, and the obstacles to where they were at this time \[ms\].
+/// Resets all bodies to the start of the step, and the obstacles to their places at `time` \[ms\].
 pub fn restore(world: &mut World, step: &StepContext, time: f64) {
     world.query_mut::<Started>().into_iter().for_each(set_back);
     contact::move_obstacles(world, &StepContext { time, ..*step });
     report_to_forceps(world);
 }
 
-/// Back to the last good state, with all that can be read of it.
+/// Resets a body to its last good state, outputs included.
 fn set_back(((vertices, increment, audit), (result, scratch, ledger), read): Started<'_>) {
     if increment.start.len() == vertices.len() {
         vertices.position.copy_from_slice(&increment.start);

@@ -12,7 +12,7 @@ use crate::systems::{StepContext, parallel};
 use glam::DVec3;
 
 /// Query of the components for the free axes and the initial guess of a stage.
-type Stage<'a> =
+type AxesQuery<'a> =
     ((&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch), (Prescription<'a>, Option<&'a Planar>));
 
 /// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear solve.
@@ -25,7 +25,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.begin(read);
         ledger.begin(step.is_retried);
     }
-    parallel::for_bodies::<Stage>(
+    parallel::for_bodies::<AxesQuery>(
         world,
         |((vertices, _, result, _), _)| result.rows_to_solve(vertices.len()),
         |((vertices, increment, _, scratch), (prescription, planar))| {
@@ -66,13 +66,13 @@ pub fn start(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
-/// Begins the second stage where the first has ended: the guess is that the body goes on as it did.
+/// Begins the second stage at the end of the first, whose displacement, extrapolated, is the initial guess.
 pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
     for result in world.query_mut::<&mut SolveResult>() {
         result.newton_iterations = 0;
         result.take_part(result.is_in_step);
     }
-    parallel::for_bodies::<Stage>(
+    parallel::for_bodies::<AxesQuery>(
         world,
         |((vertices, _, result, _), _)| result.rows_to_solve(vertices.len()),
         |((vertices, increment, _, scratch), (prescription, planar))| {
@@ -85,8 +85,8 @@ pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
-/// Redoes the step for the bodies whose tears have advanced and may advance further. It is the same step from the same start,
-/// on the mesh as it is now and with the state reached so far; of two stages, the last. The others are done.
+/// Resumes the step for bodies whose tears may advance further: same start, torn mesh, displacement reached; of two stages the last.
+/// All other bodies are done.
 pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (

@@ -6,12 +6,12 @@ use crate::settings::{LinearParams, Tangent};
 use crate::systems::StepContext;
 use std::slice::from_ref;
 
-/// The stress error allowed before a tear advances, as part of that allowed otherwise. An advance cannot be undone, and the error
-/// at a tip may be several times that in the body as a whole.
+/// Factor on the stress tolerance of the corrector solve. An advance cannot be undone, and the error at a tip may be several times the mean
+/// of the body.
 const CORRECTOR_STRESS: f64 = 0.2;
 
 /// Upper bound of the relative residual for Newton corrections of a step that fails the energy check.
-const FURTHER: f64 = 1e-6;
+const CORRECTION_RESIDUAL: f64 = 1e-6;
 
 /// Maximum contact rounds per step.
 const CONTACT_ROUNDS: u32 = 4;
@@ -20,15 +20,15 @@ const CONTACT_ROUNDS: u32 = 4;
 pub enum Phase {
     /// The systems of a stage, in the order of [`STEP`](super::schedule::STEP).
     Run(Stage),
-    /// Bodies left in no sound state are set back and excluded; the step ends where none is left.
+    /// Fault check: bodies without a sound state are rolled back and excluded; the step ends where none is left.
     Check,
-    /// Check of bodies as [`Check`](Self::Check), where the caller has systems of its own after the last one.
+    /// Fault check at the end of a pass, made only where systems of the caller run after the other checks.
     CheckCallers,
     /// Phases run in order.
     Group(&'static [Phase]),
-    /// Phases run where the step asks for them.
+    /// Phases that run where the condition holds for the step.
     When(fn(&StepContext) -> bool, &'static [Phase]),
-    /// Phases run with another context: of another stage of time integration.
+    /// Phases that run with the context of another stage of time integration.
     With(fn(&StepContext) -> StepContext, &'static [Phase]),
     /// Rounds while a stage counts bodies that need one.
     While(Loop),
@@ -100,7 +100,7 @@ const NEWTON: Phase = AtLeastOnce(Loop {
     used_up: &[],
 });
 
-/// The one solve of a linearly implicit step, and further ones of bodies that it would let create energy.
+/// The solve of a linearly implicit step, then Newton corrections of bodies that fail the energy check.
 const LINEAR: &[Phase] = &[
     Run(Stage::Evaluate),
     Run(Stage::Solve),
@@ -111,8 +111,8 @@ const LINEAR: &[Phase] = &[
             newton_corrections: step.newton_corrections - 1 - round,
             is_correction: true,
             tangent: Tangent::Projected,
-            linear: LinearParams { tolerance: step.linear.tolerance.min(FURTHER), ..step.linear },
-            // Where it leads nowhere, a fallback sub-step comes after it.
+            linear: LinearParams { tolerance: step.linear.tolerance.min(CORRECTION_RESIDUAL), ..step.linear },
+            // Work is reserved for a fallback sub-step after failed corrections.
             ..step.before(1)
         },
         phases: &[Run(Stage::Evaluate), Run(Stage::Solve)],
@@ -121,7 +121,7 @@ const LINEAR: &[Phase] = &[
     Run(Stage::Solved),
 ];
 
-/// Further solves of bodies that the last one has carried into an obstacle.
+/// Contact rounds: repeated solves of bodies with vertices carried deep into an obstacle.
 const CONTACT: Phase = While(Loop {
     needed: Stage::Penetrating,
     most: |step| if step.has(Part::ContactRounds) { CONTACT_ROUNDS } else { 0 },

@@ -14,11 +14,11 @@ use smallvec::SmallVec;
 /// Attempts per level of halving, after which the rest of the step is taken by fallback sub-steps.
 const TRIES: u32 = 3;
 
-/// Factor by which the fallback sub-step of a body that was step-limited in the last step already shrinks in time. In a long one
-/// soft modes, held by inertia alone, overshoot until almost no fraction is admissible, and crumpled tissue would stay so.
+/// Factor by which a fallback sub-step is shortened each time that its body is step-limited again. In a long one soft modes, held by
+/// inertia alone, overshoot until almost no fraction is admissible.
 const SHORTER: f64 = 8.0;
 
-/// Maximum number of times that it shrinks: to 3 µs of 100 ms.
+/// Maximum number of times that a fallback sub-step is shortened: to 3 µs of 100 ms.
 const MOST_SHORTENINGS: u32 = 5;
 
 /// One dynamic step of all bodies. One that it leaves in no sound state is retried by itself, [in halves](crate::settings::Advanced::max_step_halvings), and the
@@ -45,7 +45,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
         // As in `give_back`.
         let _ = world.insert_one(body, result);
         let mut retried = Retried { world, settings, running, tries: 0, reserved: 0, is_fallback: false };
-        // A body that could not go all of its way even in the smallest part of the last step is not tried in parts again.
+        // A body that was step-limited in the last step is not retried in halves.
         let before =
             step_limited.iter().find(|(held, _)| *held == body).map(|(_, fallback_shortenings)| *fallback_shortenings);
         let gone = match before {
@@ -64,23 +64,22 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     }
     running.give_back(world, failed);
     running.give_back(world, done);
-    // The parts have moved them too.
+    // Retried parts have moved the obstacles to other times.
     contact::move_obstacles(world, &StepContext::of_step(settings, dt, time + most));
     report_to_forceps(world);
     most
 }
 
-/// A body whose step has failed, while the others wait.
+/// Retry of one body whose step has failed; all others are excluded.
 struct Retried<'a, 'b> {
     world: &'a mut World,
     settings: &'a Settings,
     running: &'a mut Running<'b>,
     /// Parts that have been tried.
     tries: u32,
-    /// Parts that come after this one.
+    /// Later parts of the step, whose solves the budget reserves.
     reserved: u32,
-    /// Whether the smallest part has had to be a fallback sub-step, as dissipative as can be, or there have been tries enough. The
-    /// remainder of the step is so at once, in as few parts as there can be.
+    /// Whether the rest of the step is taken by fallback sub-steps: the smallest part needed one, or the attempts are used up.
     is_fallback: bool,
 }
 
@@ -137,8 +136,7 @@ impl Retried<'_, '_> {
     }
 }
 
-/// The bodies that went only a part of their way in the last step, or a shorter one, with how often it was made shorter. That is taken
-/// off them: of one that goes all of its way at once nothing is left.
+/// Bodies step-limited in the last step or with a shortened fallback sub-step, with their number of shortenings, which is reset to zero.
 fn take_step_limited(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
     let bodies = world.query_mut::<(Entity, &mut GuardLedger)>().into_iter();
     let step_limited = bodies.filter(|(_, ledger)| ledger.is_step_limited || ledger.fallback_shortenings > 0);

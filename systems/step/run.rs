@@ -15,7 +15,7 @@ pub struct Running<'a> {
     pub schedule: &'a mut Schedule,
     /// Report of the systems.
     pub report: &'a mut Report,
-    /// Lists of bodies excluded that are empty again.
+    /// Empty lists of excluded bodies, kept for reuse.
     pub spare: &'a mut Vec<Excluded>,
 }
 
@@ -57,7 +57,7 @@ impl Running<'_> {
         ControlFlow::Continue(())
     }
 
-    /// Rounds of a loop of which so many were made already.
+    /// Runs a loop of which `made` rounds were made already.
     fn rounds(
         &mut self,
         world: &mut World,
@@ -89,7 +89,7 @@ impl Running<'_> {
         self.spare.pop().unwrap_or_default()
     }
 
-    /// Gives the bodies of a list back the result of their solves, and keeps the list.
+    /// Reinstates the excluded bodies of a list, and keeps the empty list.
     pub(super) fn give_back(&mut self, world: &mut World, mut list: Excluded) {
         for (body, result) in list.drain(..) {
             // The body is there: nothing has been despawned.
@@ -99,5 +99,5 @@ impl Running<'_> {
     }
 }
 
-/// Bodies that no system runs on for a while, with the result of their solves: without it none does.
+/// Excluded bodies with their solve results: no system runs on a body without one.
 pub type Excluded = Vec<(Entity, SolveResult)>;

@@ -22,10 +22,10 @@ use smallvec::SmallVec;
 /// Steps in which parts without stiffness may still move.
 const HORIZON: f64 = 1000.0;
 
-/// The solves before sleep. A bound needs no more digits than this.
+/// Limits of the trial solves before sleep.
 const TRIAL: LinearParams = LinearParams::by_residual(1e-3, 1000);
 
-/// Quiet steps between two trials at the most.
+/// Maximum number of quiet steps between two trials.
 const LONGEST_WAIT: u32 = 128;
 
 /// Query of the external drives of a body.
@@ -73,8 +73,8 @@ pub fn wake(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
-/// Lets the bodies fall asleep that would hardly move any more: they are done with the step before it is solved. Comes before
-/// the drag, which in the step's equations looks like a stiffness and is none.
+/// Puts bodies to sleep whose remaining motion is small, before the step is solved. Runs before drag, whose term in the
+/// equations looks like a stiffness.
 pub fn fall_asleep(world: &mut hecs::World, step: &StepContext) -> usize {
     let is_beginning = matches!(step.formula, Formula::BackwardEuler | Formula::Trapezoidal);
     if step.is_static || step.is_resumed || !is_beginning {
@@ -171,7 +171,7 @@ fn strain_of(triangles: &Triangles, t: usize, moved: impl Fn(usize) -> f64) -> f
     (0..3).map(|i| moved(triangles.corners[t][i] as usize) * gradients[i].length()).sum()
 }
 
-/// Whether no tip and no place where a tear may start comes so near its strength that the strain left could tear it.
+/// Whether the remaining strain can bring no tip and no nucleation site to its criterion.
 fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
     let Some((tearing, tips, decisions)) = tears else { return true };
     let ((_, triangles, _), (frames, ..), _) = body;
@@ -232,7 +232,7 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
     if is_converged { largest } else { f64::NAN }
 }
 
-/// Brings the body to rest where it is; the step neither moves it nor, should it be undone, takes it back.
+/// Brings the body to rest in place, also for the case that the step is undone.
 fn lie_down(body: Body) {
     let ((vertices, ..), _, (increment, _, result, _)) = body;
     vertices.velocity.fill(DVec3::ZERO);

@@ -8,15 +8,15 @@ use glam::DVec3;
 /// Rotation, stretch and stress of every triangle, and its geometric stiffness. *Derived.*
 #[derive(Clone, Debug, Default)]
 pub struct Frames {
-    /// State at the positions of the last evaluation, but for planar bodies.
+    /// Element states at the last evaluation; empty for planar bodies.
     pub solid: Vec<ElementState>,
-    /// State of planar bodies at the positions of the last evaluation.
+    /// Element states of a planar body at the last evaluation; empty for others.
     pub flat: Vec<FlatState>,
-    /// Geometric stiffness there, but for planar bodies.
+    /// Geometric stiffness at the last evaluation; empty for planar bodies.
     pub geometric: Vec<GeometricStiffness>,
     /// Geometric stiffness of planar bodies, which have none out of the plane \[MPa\].
     pub in_plane: Vec<f64>,
-    /// Stiffness \[MPa\] there of a body with a [`FibreLaw`](crate::math::FibreLaw); empty without one.
+    /// Tangent stiffness \[MPa\] at the last evaluation of a body with a [`FibreLaw`](crate::math::FibreLaw); empty without one.
     pub stiffened: Vec<CoupledStiffness>,
 }
 
@@ -42,7 +42,7 @@ impl Frames {
         self.solid.len().max(self.flat.len())
     }
 
-    /// Whether none has been.
+    /// Whether no triangle has been evaluated.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -76,7 +76,7 @@ impl Frames {
         self.stiffened.get(t).map_or_else(|| &triangles.stiffness[t], |stiffened| &stiffened.law)
     }
 
-    /// Q16 and Q26 \[MPa\] there, which couple strain along and across the fibre with shear.
+    /// Shear couplings Q16 and Q26 \[MPa\] of a triangle at its state; zero without a fibre law.
     #[inline(always)]
     pub fn coupling(&self, t: usize) -> [f64; 2] {
         self.stiffened.get(t).map_or([0.0; 2], |stiffened| [stiffened.q16, stiffened.q26])

@@ -8,10 +8,10 @@ use glam::{DVec2, DVec3};
 pub struct StepAccount {
     /// The body's own forces \[N\], of stress, damping and bending, at the last evaluation.
     pub own: Vec<DVec3>,
-    /// Those at the start of a step of two stages and, in its second, with those at the end of the first, less the imbalance there
-    /// along free axes. In a step that is redone, the displacement \[mm\] from where it is.
+    /// Own forces \[N\] at the start of a two-stage step; the second stage adds those at the end of the first, less its imbalance.
+    /// In a resumed pass, instead, the displacement \[mm\] at the start of that pass.
     pub earlier: Vec<DVec3>,
-    /// Energy stored and of motion \[mJ\] at the start, or where the step is redone, until that is judged.
+    /// Stored and kinetic energy \[mJ\] at the start of the step or resumed pass; `None` once the step is judged.
     pub energy: Option<f64>,
 }
 
@@ -60,9 +60,9 @@ pub struct SolverScratch {
     pub residual_work: f64,
     /// Whether a solve of this step is in the [ledger](crate::components::GuardLedger) already.
     pub is_counted: bool,
-    /// Limit \[mJ\] of the spurious energy in this step, where a solve has exceeded it and the next one is to correct it.
+    /// Limit \[mJ\] of the spurious energy of a step that gets a Newton correction; `None` otherwise.
     pub to_correct: Option<f64>,
-    /// How often the masses of the next further solve are quadrupled.
+    /// Levenberg–Marquardt level k: the next Newton correction adds (4ᵏ − 1) times the inertia of the step.
     pub lm_damping: u32,
     /// The static increment that is being tried.
     pub line_search: Option<LineSearch>,

@@ -46,8 +46,8 @@ pub struct EnergyBalance {
     pub damping: f64,
     /// Dissipated by drag, ≥ 0.
     pub drag: f64,
-    /// Taken by the scheme from the elastic energy, or given back where negative: (the force that it used − the true one along the step) · displacement,
-    /// the true one integrated by quadrature. Steps longer than a tear takes to spring open dissipate here the energy that it releases.
+    /// Taken by the scheme from the elastic energy, or given back where negative: (its force − the true one along the step) · displacement.
+    /// Steps longer than a tear takes to spring open dissipate here the energy that it releases.
     /// In static solves, the error of the trapezoidal rule of the works over a load step.
     pub numerical_elastic: f64,
     /// Taken by the scheme from the kinetic energy: ½·(v₁ − v₀)·M·(v₁ − v₀) of backward Euler; in static solves all of it.

@@ -22,23 +22,23 @@ pub enum Fault {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct GuardFigures {
-    /// Attempts at the step or a part of it that were solved further from where they led, by cause in the order of [`GuardCause::ALL`]. More
-    /// inertia than the step has may have held the body in the last of these solves: its answer then obeys the bound on energy, not the equations.
+    /// Attempts that got a Newton correction, by cause in the order of [`GuardCause::ALL`]. Where the last correction was damped, its answer
+    /// obeys the bound on energy, not the equations of the step.
     pub corrected: [u32; GuardCause::COUNT],
-    /// Attempts at the step or a part of it that were undone, by cause in the same order.
+    /// Undone attempts at the step or a sub-step, by cause in the order of [`GuardCause::ALL`].
     pub refused: [u32; GuardCause::COUNT],
-    /// Parts of the step whose answer was limited, by cause in the same order.
+    /// Sub-steps limited to a fraction of their increment, by cause in the order of [`GuardCause::ALL`].
     pub limited: [u32; GuardCause::COUNT],
-    /// Parts of the step in which a few vertices were relaxed locally, by cause in the same order.
+    /// Sub-steps with a local relaxation, by cause in the order of [`GuardCause::ALL`].
     pub relaxed: [u32; GuardCause::COUNT],
-    /// Most vertices whose displacement was limited in one part of the step.
+    /// Number of vertices of the body where a sub-step was limited: the fraction applies to all of them.
     pub limited_vertices: u32,
-    /// The first place.
+    /// Place of the first intervention other than a correction.
     pub first: Option<GuardPlace>,
 }
 
 impl GuardFigures {
-    /// Number of attempts that were solved further.
+    /// Number of attempts that got a Newton correction.
     pub fn corrections(&self) -> u32 {
         self.corrected.iter().sum()
     }
@@ -58,12 +58,12 @@ impl GuardFigures {
         self.relaxed.iter().sum()
     }
 
-    /// Whether the guard did anything.
+    /// Whether the guard undid, limited or relaxed anything; corrections alone do not count.
     pub fn has_acted(&self) -> bool {
         self.first.is_some()
     }
 
-    /// Counts an attempt that is solved further.
+    /// Counts an attempt that gets a Newton correction.
     pub(crate) fn correct(&mut self, cause: GuardCause) {
         self.corrected[cause as usize] += 1;
     }
@@ -74,7 +74,7 @@ impl GuardFigures {
         self.first.get_or_insert(place);
     }
 
-    /// Counts an answer of which so many vertices go only a part.
+    /// Counts an answer limited to a fraction, of a body with `vertices` vertices.
     pub(crate) fn limit(&mut self, place: GuardPlace, vertices: usize) {
         self.limited[place.cause as usize] += 1;
         self.limited_vertices = self.limited_vertices.max(u32::try_from(vertices).unwrap_or(u32::MAX));

@@ -11,12 +11,11 @@ pub struct GuardLedger {
     pub start_spurious_energy: [f64; 2],
     /// Whether the spurious energy of the last solve exceeds the limit.
     pub creates_energy: bool,
-    /// Whether this step is limited to a fraction of its increment, lest that happen; with a budget also whether it failed. The next one
-    /// leaves work for a fallback sub-step.
+    /// Whether this step took only a fraction of its increment or, with a budget, failed; the next one reserves a fallback sub-step.
     pub is_step_limited: bool,
     /// Number of times the next fallback sub-step is shortened: once more each time that the body is step-limited again.
     pub fallback_shortenings: u32,
-    /// Whole steps in which vertices may still [be relaxed locally](crate::report::GuardFigures::relaxed) at once, after one in which some had to.
+    /// Steps left in which local relaxation may start from any number of triangles, counted down from the last step that needed one.
     pub relaxing: u32,
 }
 

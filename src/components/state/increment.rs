@@ -18,13 +18,13 @@ pub struct Increment {
     pub displacement: Vec<DVec3>,
     /// The linear solve's answer: the change of `displacement` \[mm\].
     pub delta: Vec<DVec3>,
-    /// Acceleration by the forces at the start of the step \[mm/ms²\], along free axes; of TR-BDF2 only, as the next two.
+    /// Acceleration by the forces at the start of the step \[mm/ms²\], along free axes (TR-BDF2).
     pub start_acceleration: Vec<DVec3>,
-    /// Displacement since the start where the first stage has ended \[mm\].
+    /// Displacement at the end of the first stage, from the start of the step \[mm\] (TR-BDF2).
     pub middle_displacement: Vec<DVec3>,
-    /// Velocity there \[mm/ms\].
+    /// Velocity at the end of the first stage \[mm/ms\] (TR-BDF2).
     pub middle_velocity: Vec<DVec3>,
-    /// How much the body resists strain; none after an edit.
+    /// Stiffness scales of the body for the energy guard; `None` after an edit.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub tautness: Option<Tautness>,
     /// Whether only a fraction of the increment of the last solve was applied.
@@ -45,22 +45,22 @@ pub struct Increment {
     /// Where the last solve would have created energy.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub creates_at: Option<GuardPlace>,
-    /// The most vertices that were relaxed locally in a part of it.
+    /// Largest number of vertices relaxed locally in one sub-step.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub relaxed: usize,
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
 }
 
-/// A displacement of which only a part is gone along free axes.
+/// Displacement with its components along free axes scaled by `part`; prescribed axes stay whole.
 pub(crate) fn fraction_of(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
     delta * (DVec3::ONE - free * (1.0 - part))
 }
 
-/// How much a body resists strain.
+/// Stiffness scales of a body: slack energy and largest stiffness.
 #[derive(Clone, Copy, Debug)]
 pub struct Tautness {
-    /// Elastic energy at the strain from which on the body counts as taut \[mJ\].
+    /// Elastic energy at the strain below which tissue counts as slack \[mJ\].
     pub slack: f64,
     /// The largest stiffness of a triangle against strain in any direction, over its thickness \[N/mm\].
     pub stiffest: f64,
@@ -76,14 +76,14 @@ impl Increment {
         }
     }
 
-    /// Leaves a part of the last solve's answer along free axes.
+    /// Scales the last solve's answer along free axes by `part`.
     pub(crate) fn take_fraction(&mut self, free: &FreeAxes, part: f64) {
         if part < 1.0 {
             self.delta.iter_mut().zip(free).for_each(|(delta, free)| *delta = fraction_of(*delta, *free, part));
         }
     }
 
-    /// Forgets how far an attempt has come that is undone.
+    /// Clears the progress of an undone attempt.
     pub(crate) fn forget_attempt(&mut self) {
         self.displacement.fill(DVec3::ZERO);
         self.delta.fill(DVec3::ZERO);

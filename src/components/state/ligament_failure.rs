@@ -7,7 +7,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct LigamentFailure {
-    /// The vertex of the rim from which a ligament parts, or the triangle that is stretched.
+    /// Rim vertex of a ligament, triangle stretched too far, or vertex of the tip that goes on into one.
     pub site: TearSite,
     /// Unit fibre direction there, in the rest shape.
     pub fibre: DVec3,

@@ -28,7 +28,7 @@ pub struct Refined {
     /// Whether the budget of the last step has left halvings to the next one.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_put_off: bool,
-    /// Triangles that are too large: number of the refinement's pass over the tips, distance from the tip, row.
+    /// Scratch: triangles that are too large, as distance from the tip \[mm\] and row.
     pub queue: Vec<(f64, u32)>,
 }
 

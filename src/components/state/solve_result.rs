@@ -12,7 +12,7 @@ pub struct SolveResult {
     pub newton_iterations: u32,
     /// Relative residual of the last linear solve.
     pub linear_residual: f64,
-    /// Estimated error of the stress after it, relative to the stress in the body; zero where it was not asked for.
+    /// Estimated relative stress error after the last linear solve; zero without a stress tolerance.
     pub stress_error: f64,
     /// Estimated error of positions after the last linear solve, over the mean edge; zero where it was not asked for.
     pub position_error: f64,
@@ -20,7 +20,7 @@ pub struct SolveResult {
     pub is_late: bool,
     /// Largest free nodal imbalance at the last evaluation \[N\].
     pub imbalance: f64,
-    /// Whether the systems pass the body by: it is done with this part of the step, waits for others, or sleeps.
+    /// Whether systems skip the body in this phase: converged, excluded from the loop at hand, or asleep.
     pub is_done: bool,
     /// Whether the body takes part in this phase of the step: awake, and not done with a step that is resumed for others. Its increment
     /// then belongs to this step and to the mesh as it is.
@@ -33,9 +33,9 @@ pub struct SolveResult {
     pub tangent: Tangent,
     /// Work that this step has taken, retries and resumes included, in iterations of linear solves.
     pub work: u32,
-    /// Work of an advance of a tear; none of a body that does not tear.
+    /// Work of one tear advance, in iterations; zero for a body that cannot tear.
     pub(crate) work_of_advance: u32,
-    /// Whether a tear that was due has had to do without its second solve, for which the budget had no room.
+    /// Whether a tear was decided without a corrector solve, for lack of budget.
     pub is_tear_undecided: bool,
     /// Why the last step of the body was given up.
     pub fault: Option<Fault>,

@@ -33,7 +33,7 @@ pub struct TearDecision {
     pub row: u32,
     /// The direction of the largest criterion.
     pub direction: DVec3,
-    /// The criterion there; the tear advances where it exceeds 1.
+    /// Largest criterion of any admissible direction; the tear advances where it exceeds 1.
     pub value: f64,
     /// The direction of the runner-up, if there is one.
     pub other: Option<DVec3>,
@@ -62,26 +62,25 @@ pub struct TearDecision {
 pub struct TearDecisions {
     /// Per tip; `None` where no direction is admissible.
     pub tips: Vec<Option<TearDecision>>,
-    /// The place with the largest criterion above 1, if the body may tear where there is no tip.
+    /// Site that nucleates a tear, with its decision; `None` where no criterion is met.
     pub nucleation: Option<(TearSite, TearDecision)>,
-    /// Where tissue is to part without a tip.
+    /// Failure of a ligament, or of tissue beyond its ultimate stretch.
     pub ligament_failure: Option<Box<LigamentFailure>>,
     /// Length torn or cut \[mm\] when the mesh last refused to part a ligament; none is looked for until it has grown.
     pub ligament_refused_at: f64,
     /// Where the last ligament failure was refused, if it was.
     pub refused_ligament_failure: Option<RefusedSite>,
-    /// Length that this start opens at once \[mm\], to either side of a start from inside; zero for one edge, where the strength
-    /// alone decides.
+    /// Length \[mm\] that the nucleation opens at once, on either side of a site inside; zero opens one edge (strength criterion).
     pub nucleation_length: f64,
-    /// The strongest of the places where strength is reached and none may start for want of energy.
+    /// Strongest site where the strength is reached and the energy does not suffice.
     pub blocked_by_energy: Option<BlockedNucleation>,
-    /// Whether that was reported: once until no nucleation is blocked.
+    /// Whether the blocked nucleation has been reported; cleared when none is blocked.
     pub is_blocked_reported: bool,
     /// Where the last start was refused, if it was.
     pub refused_nucleation: Option<RefusedSite>,
     /// Vertices of the boundary at which a tear may start: scratch of the search.
     pub rim: Vec<u32>,
-    /// Whether a tip has advanced by less than it may in this step: the step is then redone for this body.
+    /// Whether the step is redone for this body: its tips may advance further or, in a static solve, tissue has torn.
     pub may_advance_further: bool,
 }
 

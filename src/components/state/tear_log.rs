@@ -23,7 +23,7 @@ pub struct TearLog {
     pub detour_count: u32,
     /// Starts and advances whose margin to the runner-up was under 5 %.
     pub ambiguous_count: u32,
-    /// Advances that the stress decided on a body that would have energy decide.
+    /// Advances decided by the material force, on a body with an energy criterion.
     pub material_force_count: u32,
     /// Decisions at tips by the field of a plane crack, one per tip and step.
     pub energy_decision_count: u64,

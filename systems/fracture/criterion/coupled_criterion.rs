@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Weight of a straight rim (Bueckner 1970): √(2/π(a−x))·(1 + m₁·s + m₂·s²), s = 1 − x/a. Here m₂ gives K = 1.1215·σ·√(πa) under even
+/// Weight of a straight rim (Bueckner 1970): √(2/π(a−x))·(1 + m₁·s² + m₂·s⁴), s² = 1 − x/a. Here m₂ gives K = 1.1215·σ·√(πa) under even
 /// tension, and 0.685·σ·√(πa) (0.683) where tension grows from nothing at the rim.
 const RIM: [f64; 2] = [0.6147, 0.2040];
 /// Points of the midpoint rule over an opening. It meets even and linear tractions to 0.1 %.
@@ -58,10 +58,8 @@ struct Ray {
 }
 
 impl EnergyTerms<'_> {
-    /// Tries to open a start at `site` in the direction of `decision`, by one edge's length more at a time. The answer is the first
-    /// length that fulfils both conditions, or the last along which the strength is reached. A start from the rim whose way is at
-    /// its strength up to another boundary opens: nothing is left beside it that could carry on. `None` where the surface has no
-    /// such place.
+    /// Coupled criterion of a nucleation at `site`, its length grown by one edge at a time. The first length that meets both conditions wins, or
+    /// the last at the strength. A line from the rim that is at its strength up to another boundary opens. `None` without such a site.
     pub fn coupled_criterion(
         &self,
         surface: &Surface,
@@ -104,8 +102,7 @@ impl EnergyTerms<'_> {
         }
     }
 
-    /// Distance over which the field of a tip by itself reaches the strength of its direction \[mm\]: its largest stress is 1.3·K/√(2πr) at the distance r (mode I,
-    /// isotropic). Zero where the tip's decision is on no energy.
+    /// Distance \[mm\] within which the field of a tip, at most 1.3·K/√(2πr) in mode I, reaches the strength; zero without an energy decision.
     pub fn overstressed(&self, surface: &Surface, decision: &TearDecision) -> f64 {
         let Some(release) = decision.release else { return 0.0 };
         let way = decision.direction * (PROBED_AHEAD * self.tearing.radius);

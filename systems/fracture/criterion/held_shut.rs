@@ -16,7 +16,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// δ in edges, where the edge is the size of the triangles around ([`local_edge`]). Measured against `tip_disc_average.json`
 /// on structured, jittered, rotated and unstructured meshes with 3 to 9 edges per radius. Isotropic: 0.30 to 0.33 on average over
 /// meshes of a kind, single meshes 0.25 to 0.37. Fibres ten times as stiff at 45° to the crack: 0.26 to 0.37.
-const HELD_SHUT: f64 = 0.32;
+const TIP_OFFSET: f64 = 0.32;
 
 /// Edges per radius from which on the whole of δ counts, and up to which nothing does. A smaller disc sees the first triangles
 /// only, not the field beyond them, and finds less than there is already about the vertex: by 30 % at a third of an edge.
@@ -40,7 +40,7 @@ pub fn field_tip(surface: &Surface, (vertex, radius): (u32, f64), chart: &FanCha
     let edge = local_edge(surface, vertex);
     let [none, whole] = SEES_THE_FIELD;
     let part = ((radius / edge - none) / (whole - none)).clamp(0.0, 1.0);
-    back * (HELD_SHUT * edge * part).min(longest)
+    back * (TIP_OFFSET * edge * part).min(longest)
 }
 
 /// The centre of the field in the rest shape \[mm\], and its offset as [`field_tip`] gives it.

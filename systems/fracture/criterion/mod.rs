@@ -1,4 +1,7 @@
 //! The tear criterion at every tip and, where a body may tear by itself, at its triangles and along its boundary.
+//!
+//! Tissue tears in the direction d of the largest c(d) = σ_u/σ̄(δ), where that exceeds 1. `kernels::failure` has the formula, its maximum
+//! and the criterion √(G/G_c) on energy.
 
 pub(super) mod by_triangle;
 pub(super) mod coupled_criterion;
@@ -33,7 +36,7 @@ use glam::DVec3;
 /// swarm of others. A clamp concentrates stress in the same way at its corners, and the tissue in its jaws is not modelled.
 const APART: f64 = 2.0;
 
-/// A tip's work, in triangles whose stress is looked at: some 0.6 µs where it rests.
+/// Cost of a tip at rest, in evaluations of a triangle's stress: some 0.6 µs.
 const TIP: usize = 100;
 
 /// Evaluates the criterion at the current positions and leaves the decisions in [`TearDecisions`]. Does not run on a body that
@@ -136,8 +139,8 @@ fn strongest_nucleation(
     best
 }
 
-/// The first of the places, by the value of their criterion of strength, that opening a whole length releases the energy for.
-/// One of them at most: a tear unloads its surroundings, which are asked again after the next solve.
+/// First site, in the order of the strength criterion, whose coupled criterion opens. One site nucleates per pass, as a tear unloads its
+/// surroundings.
 fn coupled_nucleation(
     surface: &Surface,
     terms: EnergyTerms<'_>,

@@ -151,7 +151,7 @@ impl Cutter<'_, '_> {
         Some(advance)
     }
 
-    /// Takes the best attempt back if it stands, and keeps its edits, flips included: doing them again needs no search.
+    /// Rolls the standing best attempt back and keeps its edits, flips included, for replay.
     fn lay_aside(&mut self, start: usize) {
         let TearScratch { records, best, .. } = &mut *self.scratch;
         if records.len() > start {

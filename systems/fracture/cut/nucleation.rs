@@ -8,7 +8,7 @@ use crate::systems::fracture::{Cutter, EdgePlan, TearRefusal, TipChart, plan_edg
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
-/// A tip that a start has made.
+/// A tip made by a nucleation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewTip {
     /// Row of its vertex.

@@ -1,5 +1,4 @@
-//! Continuation of tears that would end dead: a notch left as a tip, a branch the other way, and tissue that parts without a
-//! tip.
+//! Continuation of tears at a boundary: live tips at notches, branches where two directions tie, and failure without a tip.
 
 use super::{Tearer, add_tip};
 use crate::components::{LigamentFailure, PartedBy, RefusedSite, TearDecision, TearSite};

@@ -21,7 +21,7 @@ use smallvec::SmallVec;
 /// Edges per averaging radius below which the tear load depends on the mesh.
 const RESOLVED: f64 = 3.0;
 
-/// Carries out the decisions of the criterion: one advance per tip, in the order of the tips' rows, then one start.
+/// Carries out the decisions of the criterion: one advance per tip in turn, one nucleation and, where neither tore, one ligament failure.
 pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
@@ -62,8 +62,8 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             scratch,
             parted: SmallVec::new(),
             touched: SmallVec::new(),
-            is_held_back: false,
-            is_waiting: false,
+            waits_for_speed: false,
+            waits_for_budget: false,
         };
         for (key, decision) in in_turn(tearer.tips, &decisions.tips, step) {
             let advances = (tearer.log.advance_count - advances_before) as usize;
@@ -79,7 +79,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             tearer.tell_refused(refused, &mut decisions.refused_nucleation);
         }
         let has_torn = tearer.log.advance_count > advances_before || tearer.log.nucleation_count > starts_before;
-        // Where tears have just gone on, the tissue is judged anew first.
+        // A ligament parts only by a criterion evaluated on the present mesh.
         let has_parted = match &decisions.ligament_failure {
             Some(failure) if !has_torn => tearer.part(failure, &mut decisions.refused_ligament_failure),
             _ => false,
@@ -90,18 +90,18 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
         let has_more = (0..tearer.tips.len()).any(|tip| may_go_on(tables, tearing, tearer.tips, tip));
-        let (is_held_back, is_waiting) = (tearer.is_held_back, tearer.is_waiting);
+        let (waits_for_speed, waits_for_budget) = (tearer.waits_for_speed, tearer.waits_for_budget);
         let triangles = tearer.mesh.triangles.len();
         let (has_advanced, has_started) = (log.advance_count > advances_before, log.nucleation_count > starts_before);
         decisions.may_advance_further = if step.is_static {
             has_advanced || has_started || has_parted
         } else {
-            has_advanced && (has_more || is_waiting)
+            has_advanced && (has_more || waits_for_budget)
         };
         let advances = (log.advance_count - advances_before) as usize;
         result.work = result.work.saturating_add(work::of_advances(advances, triangles));
         // The last pass of a step: those before are redone.
-        let is_counted = is_held_back && !decisions.may_advance_further;
+        let is_counted = waits_for_speed && !decisions.may_advance_further;
         log.held_back_count = log.held_back_count.saturating_add(u32::from(is_counted));
     }
     count
@@ -109,16 +109,16 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
 
 /// Counts a step in which a nucleation is blocked by energy: the stress suffices, the energy does not. It is reported once.
 fn note_blocked_nucleation(decisions: &mut TearDecisions, log: &mut TearLog) {
-    let was_told = std::mem::replace(&mut decisions.is_blocked_reported, decisions.blocked_by_energy.is_some());
+    let was_reported = std::mem::replace(&mut decisions.is_blocked_reported, decisions.blocked_by_energy.is_some());
     if let Some(blocked) = decisions.blocked_by_energy {
         log.blocked_nucleation_count = log.blocked_nucleation_count.saturating_add(1);
-        if !was_told {
+        if !was_reported {
             log.pending.push(EventKind::NucleationBlocked(blocked));
         }
     }
 }
 
-/// A tip that does not want to advance saves nothing up; only an advance beyond its budget is paid off in time.
+/// Resets the saved budget of a tip below its criterion; only an overdrawn budget is paid off.
 fn rest(tips: &mut Tips, tip: usize, budget: AdvanceBudget) {
     let more = if let AdvanceBudget::New(more) = budget { more } else { 0.0 };
     tips.advance_budget[tip] = (tips.advance_budget[tip] + more).min(0.0);
@@ -138,10 +138,10 @@ struct Tearer<'a> {
     parted: SmallVec<[u32; 4]>,
     /// The vertices that the last cut has parted, with their copies.
     touched: SmallVec<[u32; 8]>,
-    /// Whether a tip has to wait because it may go no further in this step.
-    is_held_back: bool,
-    /// Whether a tip has to wait because the budget is used up.
-    is_waiting: bool,
+    /// Whether a tip waits because `max_tear_speed` lets it go no further in this step.
+    waits_for_speed: bool,
+    /// Whether a tip waits because the work budget is used up.
+    waits_for_budget: bool,
 }
 
 impl Tearer<'_> {
@@ -152,7 +152,7 @@ impl Tearer<'_> {
             return rest(self.tips, tip, budget);
         }
         let chart = TipChart::new(&self.mesh, self.tips.vertex[tip]).ok();
-        self.is_waiting |= self.has_budget(tip, chart.as_ref(), decision.direction, budget);
+        self.waits_for_budget |= self.has_budget(tip, chart.as_ref(), decision.direction, budget);
     }
 
     /// Adds this step's advance budget to a tip's; returns whether it is enough for the next triangle in this direction.
@@ -207,7 +207,7 @@ impl Tearer<'_> {
         if self.log.held_back_criterion == 0.0 {
             self.log.pending.push(EventKind::HeldBack { tip, at, criterion });
         }
-        self.is_held_back = true;
+        self.waits_for_speed = true;
         self.log.held_back_criterion = self.log.held_back_criterion.max(criterion);
     }
 

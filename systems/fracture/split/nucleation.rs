@@ -9,8 +9,7 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 impl Tearer<'_> {
-    /// Starts a tear at the site or, where the mesh refuses that, at a corner of the triangle.
-    /// It opens so much of its `length` \[mm\] at once as the mesh lets it.
+    /// Nucleates a tear at the site or, where the mesh refuses, at a corner of its triangle, and opens up to `length` \[mm\] at once.
     pub(super) fn nucleate(
         &mut self,
         site: TearSite,
@@ -67,7 +66,7 @@ impl Tearer<'_> {
         Ok(slit)
     }
 
-    /// Leads the tip of a start on until the tear is so long \[mm\], to half of a triangle.
+    /// Advances a new tip until its tear is `length` \[mm\] long, to half an edge.
     fn open_further(&mut self, key: TipKey, decision: TearDecision, (from, length): (DVec3, f64)) {
         let edge = self.tearing.radius / decision.edges_per_radius;
         while let Some(tip) = self.tips.row(key).map(|row| row as usize)

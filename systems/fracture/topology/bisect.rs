@@ -11,7 +11,7 @@ use crate::systems::fracture::{Cutter, TearRefusal};
 
 /// Edges count as equally long up to this part: roundings must not make mirror images different.
 const EDGE_TIE: f64 = 1e-9;
-/// Triangles on a way to the edge that is split. Edges grow along it, so only a hostile mesh has long ones.
+/// Maximum length of a propagation path, in triangles. Edges grow along it, so only a hostile mesh has long ones.
 const LONGEST_WAY: usize = 100;
 
 /// The size of a triangle of this area \[mm²\]: the edge \[mm\] of the equilateral one.
@@ -20,8 +20,7 @@ pub fn size(area: f64) -> f64 {
 }
 
 impl Cutter<'_, '_> {
-    /// Takes a triangle a step nearer to its bisection: splits the edge at the end of its way in the middle. Adds two triangles
-    /// at the most.
+    /// Splits the last edge of a triangle's longest-edge propagation path at its middle; adds at most two triangles.
     ///
     /// # Errors
     /// Why it cannot be split, or would leave too small an angle; the mesh is as it was.
@@ -39,7 +38,7 @@ impl Cutter<'_, '_> {
         Ok(())
     }
 
-    /// The edge at the end of a triangle's way.
+    /// Last edge of a triangle's longest-edge propagation path.
     fn edge_to_split(&self, triangle: u32) -> (u32, usize) {
         let (mut triangle, (mut edge, mut length)) = (triangle, self.longest_edge(triangle));
         for _ in 0..LONGEST_WAY {

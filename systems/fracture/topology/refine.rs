@@ -17,11 +17,11 @@ use glam::DVec3;
 /// does not, so only thin triangles left by a tear are worth it.
 const FLIP: f64 = 0.244_346_095_279_206_1;
 
-/// Multiple of the reach of refinement from which vertices are removed, so that a tip that wavers does not see the mesh waver.
+/// Multiple of the refinement radius beyond which vertices are collapsed, so that a wavering tip does not change the mesh.
 const BEHIND: f64 = 1.5;
 /// Collapses leave no large triangle nearer than this multiple of the reach of refinement.
 const CLEAR_OF_TIPS: f64 = 1.25;
-/// Multiple of the reach at which vertices that could not be removed stay for good, so that the list of those to look at stays short.
+/// Multiple of the refinement radius beyond which vertices that could not be collapsed leave the list.
 const FORGOTTEN: f64 = 5.0;
 
 /// Refines the bodies whose tips have gone on since they were last refined.
@@ -120,8 +120,8 @@ struct Refiner<'a> {
 }
 
 impl Refiner<'_> {
-    /// Halves triangles that are too large around the tips, once each, until none is; should the budget end it, then evenly
-    /// everywhere. After `most` halvings the next step goes on. Returns their number.
+    /// Bisects triangles that are too large around the tips, each at most once per pass; returns the number of bisections. After `most` of
+    /// them the next step continues.
     fn refine(&mut self, most: Option<usize>) -> usize {
         let before = self.refined.split_count;
         let radius = self.tearing.radius;
@@ -186,8 +186,7 @@ impl Refiner<'_> {
         self.refined.queue.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 
-    /// Halves a triangle, and those that must be halved before, unless that has halved it already. `false` where the budget
-    /// does not allow it. A triangle that cannot be halved stays.
+    /// Bisects a triangle along its propagation path, unless an earlier bisection has; `false` where the triangle budget is used up.
     fn halve(&mut self, triangle: u32, edge: f64, has_split: &mut bool) -> bool {
         let most = self.refinement.most_added(self.refined.start_count);
         let area = |mesh: &Mesh<'_>| mesh.triangles.rest[triangle as usize].area;
@@ -227,7 +226,7 @@ impl Refiner<'_> {
         self.refined.made = made;
     }
 
-    /// Takes a vertex out if that can be done. Whether it is to be looked at again.
+    /// Collapses a vertex where that is possible; returns whether it stays listed.
     fn stays_listed(&mut self, key: VertexKey) -> bool {
         let Some(row) = self.mesh.vertices.row(key) else { return false };
         let reach = self.refinement.reach(self.tearing.radius);

@@ -61,7 +61,7 @@ impl Factor {
         Ok(())
     }
 
-    /// Before a dynamic solve: whether one of the last has come to nothing without a factor, as this one might.
+    /// Counts down the solves after a failure without a factor; returns whether this one begins with a factor made on the spot.
     pub fn is_needed(&mut self) -> bool {
         let is_needed = self.needed > 0;
         self.needed = self.needed.saturating_sub(1);

@@ -23,8 +23,7 @@ impl MixedSolver {
         }
     }
 
-    /// Iterations with the cycle at the most that are to reduce the residual to the part `gain` of itself: with more, one of the
-    /// present operator is better. `None` where it is of the present one.
+    /// Iteration limit of a solve with cycles of an earlier operator; `None` where the numbers are of the present one.
     pub fn most_cycles(&self, gain: f64) -> Option<u32> {
         self.multigrid.is_earlier().then(|| self.multigrid.most(gain))
     }

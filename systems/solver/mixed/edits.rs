@@ -7,11 +7,11 @@ use super::order::Order;
 use super::partition::Partition;
 use crate::storage::{EditLog, Revision, Topology};
 
-/// All is found anew where more than one in so many triangles has changed since the last solve,
+/// Order and patterns are rebuilt where more than one triangle in this many has changed since the last solve.
 const TRIANGLES_PER_CHANGE: usize = 16;
 
-/// or one in so many since all was found anew the last time. Rows out of order cost iterations: on the lens capsule as it tears none
-/// with this limit, an eighth more without it.
+/// Order and patterns are rebuilt where more than one triangle in this many has changed since the last rebuild. Rows out of order cost
+/// iterations: on the tearing lens capsule none with this limit, an eighth more without it.
 const MOST_IN_ALL: usize = 8;
 
 /// The triangles that have other corners than at an earlier moment, of those before that there still are; ascending. `vertex` has the
@@ -43,13 +43,12 @@ pub(super) struct Edits {
 }
 
 impl Edits {
-    /// Whether there have been any.
+    /// Whether there have been edits.
     pub(super) fn have_been(&self) -> bool {
         self.count_before > 0
     }
 
-    /// Compares the corners with those of an earlier moment and brings `order` up to date. `false`, with the order as it was, where so much has changed that all is
-    /// to be found anew.
+    /// Lists the triangles changed since an earlier revision and updates `order`. `false`, with the order unchanged, where a rebuild is due.
     pub(super) fn find(
         &mut self,
         partition: &Partition,

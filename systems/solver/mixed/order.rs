@@ -15,7 +15,7 @@ use smallvec::SmallVec;
 /// that rows near each other stay near on large meshes. All sorted, a product takes up to twice as long at 1.5 million triangles.
 const WINDOW: usize = 1024;
 
-/// Rows of more pairs of blocks count as so many, less one.
+/// Row lengths told apart, in pairs of blocks; longer rows count as the longest.
 const LENGTHS: u32 = 16;
 
 /// Triangles from which on the rows of a level are sorted by their length.

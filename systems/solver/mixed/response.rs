@@ -1,4 +1,5 @@
-//! The body's response to further loads, with the single-precision operator and the preconditioner of its last solve. Nothing that later solves depend on is changed.
+//! Response of a body to further loads, with the single-precision operator and the preconditioner of its last solve. Later solves do not
+//! depend on it.
 
 use super::cg::solve;
 use super::{MixedPreconditioner, MixedSolver, size};

@@ -10,17 +10,17 @@ use crate::systems::solver::recurrence::Reached;
 use crate::systems::solver::{CgError, CgInfo, Operator, ProductMemory};
 use glam::{DVec3, Vec4};
 
-/// A round that leaves more of the residual than this has come to nothing: double precision goes on.
+/// Residual ratio of a round above which it has stalled, and double precision takes over.
 const STALLED: f64 = 0.5;
 
-/// Iterations that are few: of hundreds the rounding adds up.
+/// Iterations up to which the recursive residual of single precision is trusted.
 const FEW_ITERATIONS: u32 = 20;
 
 /// The diagonal is raised by this fraction of itself before it is factored (Manteuffel 1980). Chosen on the lens capsule as it tears.
 const DIAGONAL_SHIFT: f32 = 0.01;
 
-/// Iterations of a round with a factor at the most. One that has come to nothing in so many, or is broken, is a bad one: the next has its
-/// diagonal raised ten times as far, up to [`MOST_SHIFT`].
+/// Iteration limit of a round with the incomplete factor; where that stalls or breaks, the diagonal is raised ten times as far, up to
+/// [`MOST_SHIFT`].
 const MOST_WITH_FACTOR: u32 = 150;
 
 /// Maximum fraction by which the diagonal is raised.
@@ -31,7 +31,7 @@ struct Progress {
     limits: Limits,
     /// Squared norm of the residual.
     residual_sq: f64,
-    /// Whether all of a solve of few iterations is in single precision.
+    /// Whether a short solve stays in single precision throughout.
     is_single: bool,
     /// Fraction by which the diagonal of the incomplete factor is raised.
     shift: f32,

@@ -6,8 +6,7 @@ use crate::systems::StepContext;
 use crate::systems::solver::{Available, Factor, FactorUse, MixedPreconditioner, MixedSolver, Operator};
 use glam::DVec3;
 
-/// Up to so many free axes a static solve takes a Cholesky factor unless set otherwise. Its memory and time grow faster than the
-/// mesh, and are about 0.3 GB and 2 s there.
+/// Largest number of free axes for a Cholesky factor in static solves: it takes about 0.3 GB and 2 s there.
 const MOST_AXES_FACTORED: f64 = 2e5;
 
 /// Up to so many free axes a dynamic solve that has come to nothing takes a Cholesky factor unless set otherwise: it takes half a second at
@@ -60,9 +59,8 @@ fn use_of_factor(step: &StepContext, axes: f64) -> Option<FactorUse> {
     }
 }
 
-/// Preconditioner of the mixed-precision solver, where that may be used. A static solve goes to residuals that only double precision
-/// reaches: there it is multigrid or nothing. In dynamic ones it is multigrid over so many axes. It is so early in a planar body,
-/// which does not bend: levels last where an incomplete factor is made for every solve.
+/// Preconditioner of the mixed-precision solver. Static solves use multigrid or none, as their residuals need double precision. Dynamic
+/// solves use multigrid above `axes_of_levels` free axes: fewer for planar bodies, whose levels last from solve to solve.
 fn mixed_preconditioner(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<MixedPreconditioner> {
     if step.is_static {
         let is_multigrid = match step.preconditioner {

@@ -14,7 +14,7 @@ use glam::DVec3;
 /// The square of an equilateral triangle's edge over its area.
 const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
 
-/// A criterion near that of an advance, which the next step may reach.
+/// Criterion above which a tear may advance in the next step.
 const NEARLY_TEARING: f64 = 0.9;
 
 /// Iterations that a solve may take, so that the work to come after it stays within the budget: an advance of a tear, and the second
@@ -32,7 +32,7 @@ pub(super) fn within_budget(
     })
 }
 
-/// Whether a tear is near by the decisions of the last step. Where an edit has made that another mesh's, it is not known.
+/// Whether a tear may be due by the decisions of the last step; assumed where tips have come or gone.
 fn may_tear((tips, decisions): (&Tips, &TearDecisions)) -> bool {
     let is_near = decisions.tips.iter().flatten().any(|decision| decision.value > NEARLY_TEARING);
     is_near
@@ -62,7 +62,7 @@ pub(super) fn scale_to_no_work(
     let taken = operator.apply(delta, free, memory, product, partials);
     let left = parallel::sum(delta.len(), partials, |v| residual[v].dot(delta[v] * free[v]));
     let scale = 1.0 + left / taken;
-    // Beyond that the answer is next to nothing, and stays.
+    // A scale out of this range means a negligible answer, which is kept.
     if !(taken > 0.0 && (0.5..=2.0).contains(&scale)) {
         return;
     }

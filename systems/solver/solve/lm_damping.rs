@@ -11,10 +11,10 @@ use crate::settings::ablation::Part;
 use crate::storage::Vertices;
 use crate::systems::{StepContext, parallel};
 
-/// A fraction that is far from all of an answer.
+/// Fraction of the answer below which the damping rises by two levels.
 const SMALL_FRACTION: f64 = 0.2;
 
-/// Masses are quadrupled so often at the most: to those of a step a thousandth as long.
+/// Largest damping level: the inertia of a step a thousandth as long.
 const MOST_QUADRUPLINGS: u32 = 10;
 
 /// Inertia \[1/ms²\] that is added to that of the step. The first solve of a chain is not damped.
@@ -32,7 +32,7 @@ pub(super) fn leave(added: f64, vertices: &Vertices, increment: &mut Increment, 
     increment.is_fraction = true;
 }
 
-/// Notes the fraction of its answer that a body has gone which is solved further: the shorter, the more inertia holds it next time.
+/// Adapts the damping level to the fraction of the last answer that was taken: the smaller, the more inertia in the next correction.
 pub fn adapt_lm_damping(scratch: &mut SolverScratch, fraction: f64) {
     let quadrupled = match fraction {
         _ if fraction < SMALL_FRACTION => scratch.lm_damping + 2,

@@ -26,7 +26,7 @@ use line_search::{reject_increment, start_line_search};
 /// Relative residual of the linear solve of the first Newton iteration; later ones follow Eisenstat and Walker.
 const FIRST_NEWTON: f64 = 1e-4;
 
-/// The last iteration allowed is solved so much further: no other mends its residual, which would turn a free body.
+/// Factor on the tolerance of the last allowed iteration, whose residual no later one corrects; it would turn a free body.
 const LAST_NEWTON: f64 = 0.1;
 
 type Query<'a> = (
@@ -185,7 +185,7 @@ fn solve_body(
         let used = rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: result.tangent, ..operator });
         reactions::of_linear_step(&used, forces, increment, step, (holds, reactions, grips));
     }
-    // Whoever judges the answer has the tangent that it is of.
+    // The energy guard judges the answer with the tangent that it was solved with.
     if let Some(rotated) = rotated {
         *frames = rotated;
     }
@@ -288,8 +288,7 @@ fn has_converged(
     result.newton_iterations > 0 || step.is_static && !increment.delta.iter().zip(&scratch.free).any(is_moved)
 }
 
-/// How far a Newton iteration solves its linear system: only so far as the step as a whole can use. It goes no further than the
-/// linear model has been seen to hold, by the square of the last iteration's gain (Eisenstat, Walker 1996, choice 2).
+/// Forcing term of a Newton iteration: the square of the last gain (Eisenstat, Walker 1996, choice 2), limited by the tolerance of the step.
 fn linear_params(step: &StepContext, result: &SolveResult, imbalance_before: f64, force_scale: f64) -> LinearParams {
     if step.newton_iterations == 1 {
         return step.linear;

@@ -24,10 +24,9 @@ pub enum Stage {
     SecondStage,
     /// The linear solve on the evaluated forces and tangent, its energy guard and time integration.
     Solve,
-    /// After a solve of several iterations: selects and counts the bodies that need another one.
+    /// Convergence count of Newton's method: the bodies that need another iteration.
     Unconverged,
-    /// Energy check after the one solve of a linearly implicit step: selects and counts the bodies that need a Newton
-    /// correction; all others are passed by.
+    /// Bodies that the energy guard sends to a Newton correction: marked and counted; all others are done.
     Uncorrected,
     /// Ends the iterations of a linearly implicit solve.
     Solved,

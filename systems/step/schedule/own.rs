@@ -113,7 +113,7 @@ impl Schedule {
         self.entries.iter().map(|entry| (entry.name, entry.stage))
     }
 
-    /// Whether a system of the caller's runs after the state that a solve has left was judged.
+    /// Whether a system of the caller runs after the fault check of the solve.
     pub(crate) fn has_late_callers(&self) -> bool {
         let is_late = |stage| {
             matches!(stage, Stage::Decide | Stage::Advancing | Stage::Account | Stage::Tear | Stage::Unfinished)

@@ -73,7 +73,7 @@ const LEAST_PART: f32 = 0.1;
 /// Parts of its own block by which a pivot that has been used up is raised, the least that will do.
 const REPAIRS: [f32; 3] = [0.1, 0.3, 1.0];
 
-/// Rows of more blocks take more room when one comes: vertices have some six neighbours, of which half come before.
+/// Blocks of a row for which scratch has room from the start: vertices have some six neighbours, of which half come before.
 const LONGEST_ROW: usize = 64;
 
 impl Incomplete {

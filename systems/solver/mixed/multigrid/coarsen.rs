@@ -14,7 +14,7 @@ pub(super) const NO_NODE: u32 = u32::MAX;
 /// Known not to be chosen.
 const PASSED: u32 = u32::MAX - 1;
 
-/// More neighbours that are passed over count as so many.
+/// Largest number of passed neighbours told apart.
 const MOST_PASSED: usize = 15;
 
 /// Scratch of the choice.

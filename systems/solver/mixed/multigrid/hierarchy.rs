@@ -21,9 +21,8 @@ use glam::{DVec3, Vec4};
 /// Nodes of the coarsest level at the most: its dense factor then takes less than a millisecond.
 pub(super) const MOST_COARSEST: usize = 40;
 
-/// From this level on cycles are made twice, where there is a coarser one: all of them are a fiftieth of the finest. Of a sheet of 1.5
-/// million triangles with stiff fibres a solve to 1e-3 takes five iterations so instead of six (`rhexis bench targets --full
-/// "static linear"`). The error that one cycle leaves of a level is left of every one above it.
+/// First level that is cycled twice; it and the coarser ones are a fiftieth of the finest. A sheet of 1.5 million triangles with stiff
+/// fibres then takes five iterations to 1e-3 instead of six (`rhexis bench targets --full "static linear"`).
 const TWICE: usize = 3;
 
 /// A level's own right-hand side.

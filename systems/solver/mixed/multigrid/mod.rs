@@ -33,10 +33,10 @@ use glam::DVec2;
 use hierarchy::Hierarchy;
 pub(super) use state::MultigridState;
 
-/// To take the operator's numbers anew costs as much as so many iterations (5 to 8 from 5,000 to 150,000 triangles).
+/// Cost of renewing the numbers of all levels, in iterations (5 to 8 from 5,000 to 150,000 triangles).
 const RENEWAL: f64 = 6.0;
 
-/// For so many solves at the most the numbers are taken anew at each, before older ones are tried again.
+/// Largest number of consecutive solves that each renew the numbers, before older ones are tried again.
 const MOST_STRICT: u32 = 64;
 
 /// The levels and how old their numbers are.
@@ -48,20 +48,19 @@ pub(super) struct Multigrid {
     is_used: bool,
     /// Whether they have an operator's numbers.
     has_numbers: bool,
-    /// Solves with these numbers.
+    /// Solves since the numbers were renewed.
     served: u32,
-    /// Iterations of the first of them, per power of ten that it took off the residual.
+    /// Iterations per decade of residual reduction in the first solve with these numbers.
     rate: f64,
-    /// By how many iterations the others have exceeded that.
+    /// Iterations beyond that rate, summed over the later solves with these numbers.
     excess: f64,
-    /// Solves that are still to have numbers of their own; and for how many it was decided the last time.
+    /// Solves left that each renew the numbers, and their number at the last decision.
     strict: u32,
     strictness: u32,
 }
 
 impl Multigrid {
-    /// The triangles have changed: brings the levels up to them. `false` where there were some, but all is to be found anew: they
-    /// want rows in good order.
+    /// Updates the levels after edits; `false` where they must be rebuilt, which needs rows in good order.
     pub(super) fn follow(
         &mut self,
         partition: &Partition,
@@ -77,12 +76,12 @@ impl Multigrid {
         self.has_levels
     }
 
-    /// The triangles are others, or their rows.
+    /// Drops the levels: triangles or rows have been replaced.
     pub(super) fn forget(&mut self) {
         self.has_levels = false;
     }
 
-    /// Before a solve: levels where there are none, and numbers where those of an earlier operator no longer serve.
+    /// Builds missing levels before a solve, and renews numbers that no longer serve.
     pub(super) fn set_up(
         &mut self,
         partition: &Partition,
@@ -129,13 +128,12 @@ impl Multigrid {
         self.served > 0
     }
 
-    /// Iterations at the most of a solve that is to reduce the residual to the part `gain` of itself: with more, numbers of an
-    /// earlier operator are worse than new ones.
+    /// Iteration limit of a solve that reduces the residual by the factor `gain`: at more, renewing the numbers costs less.
     pub(super) fn most(&self, gain: f64) -> u32 {
         if self.served == 0 { u32::MAX } else { (self.rate * powers_of_ten(gain) + 2.0 * RENEWAL) as u32 }
     }
 
-    /// After a solve that has reduced the residual to the part `gain` of itself.
+    /// Records a solve that reduced the residual by the factor `gain`.
     pub(super) fn has_served(&mut self, iterations: u32, gain: f64) {
         // A solve that ends at its guess tells nothing.
         if iterations == 0 {
@@ -150,7 +148,7 @@ impl Multigrid {
     }
 }
 
-/// How many powers of ten a residual has come down; one that has not come down counts as having done so a little.
+/// Decades of residual reduction, from 0.1 to 16.
 fn powers_of_ten(gain: f64) -> f64 {
     if gain > 0.0 { (-elementary::log10(gain)).clamp(0.1, 16.0) } else { 16.0 }
 }
