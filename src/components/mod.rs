@@ -24,7 +24,8 @@ mod state;
 
 #[doc(hidden)]
 pub use crate::event::{BlockedNucleation, DecidedBy, PartedBy, RingFault};
-pub use crate::math::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, StiffeningFibres};
+pub use crate::math::holzapfel_gasser_ogden::{FibreFamily, GroundSubstance, HolzapfelGasserOgden};
+pub use crate::math::stiffening_fibres::StiffeningFibres;
 pub use body_error::BodyError;
 pub use derived::changes::{Change, ChangeSet, Changes};
 #[doc(hidden)]

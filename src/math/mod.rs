@@ -8,13 +8,13 @@ pub mod elementary;
 mod faded;
 mod fibre_law;
 mod fracture;
-mod holzapfel_gasser_ogden;
+pub(crate) mod holzapfel_gasser_ogden;
 mod nearest;
 #[doc(hidden)]
 pub mod number;
 mod orthotropic;
 mod per_row;
-mod stiffening_fibres;
+pub(crate) mod stiffening_fibres;
 mod sym2;
 mod sym3;
 mod triangle;

@@ -142,7 +142,7 @@ fn a_static_failure_names_what_helps() {
     let failed = Scene::parse(text, "f.toml").unwrap().instantiate().unwrap().advance().unwrap_err().to_string();
     assert!(failed.contains("piece 1 of 2 of body `two`, 1 triangle(s) with vertex 4"), "{failed}");
     // Two iterations are not enough for a strain of a half and a shear of as much, and each comes nearer.
-    let text = "[scene]\nname = 'f'\n[run]\nmode = 'static'\ndt = 1\nsteps = 1\nstatic_iterations = 2\n[[bodies]]\nname = 'b'\n\
+    let text = "[scene]\nname = 'f'\n[run]\nmode = 'static'\ndt = 1\nsteps = 1\nadvanced.static_iterations = 2\n[[bodies]]\nname = 'b'\n\
         planar = true\nmesh = { grid = { width = 10, height = 10, nx = 8, ny = 8 } }\n\
         material = { young = 1, poisson = 0.3, thickness = 0.1 }\n\
         [[bodies.holds]]\nname = 'left'\nregion = { x = 0 }\n\

@@ -268,7 +268,7 @@ fn a_bad_scene_is_refused_with_line_reason_and_remedy() {
 #[test]
 fn an_infinite_stress_tolerance_asks_for_none() {
     let with = |value: &str| {
-        let text = SOUND.replacen("steps = 2", &format!("steps = 2\nstress_tolerance = {value}"), 1);
+        let text = SOUND.replacen("steps = 2", &format!("steps = 2\nadvanced.stress_tolerance = {value}"), 1);
         Scene::parse(&text, "strip.toml").and_then(|scene| scene.instantiate())
     };
     let mut instance = with("inf").unwrap();
