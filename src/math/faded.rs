@@ -11,7 +11,7 @@ pub const FADES_FROM: f64 = 0.5;
 /// |q| = |dev U|·√2: where p vanishes the rotation may be any, and with it the axes of the tissue in the mirror image. An anisotropic law
 /// has there as many energies as there are rotations, and a body that passes by gains the energy of the steepest step between them. So from
 /// t₀ = [`FADES_FROM`] on down the energy is that of w·E + (1 − w)·Ē with w = s³·(10 − 15s + 6s²), s = tr U/t₀: Ē, of the law's
-/// [isotropic mean](Orthotropic::isotropic_mean), knows of the rotation nothing. Both are positive, hence so is every mixture, and the
+/// isotropic mean (`Orthotropic::isotropic_mean`), knows of the rotation nothing. Both are positive, hence so is every mixture, and the
 /// stress T = w·∂E/∂U + (1 − w)·∂Ē/∂U + w′·(E − Ē)·I has no step either. In space tr U is at least |F|, and nothing fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faded {

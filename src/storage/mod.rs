@@ -5,7 +5,7 @@
 //!
 //! The mesh changes by edits only: an `Edit` is a value; `apply` refuses it or does it whole and gives the
 //! `EditRecord` by which derived data `Follow` and `undo` goes back; the topology's `EditLog` tells which triangles
-//! have changed since a moment; [`validate`] names the first broken invariant.
+//! have changed since a moment; `validate` names the first broken invariant.
 //!
 //! Rows stay dense: where an edit removes one, the last row of the table moves into its place, and the record holds the removed
 //! and the moved rows. Whoever keeps rows has to follow; a key names the same part before and after. The keys of removed

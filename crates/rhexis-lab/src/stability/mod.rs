@@ -23,7 +23,7 @@ use rhexis::settings::{Accuracy, Advanced, Precision, Preconditioner, Settings};
 pub enum Mode {
     /// [`Settings::default`].
     Default,
-    /// [`Settings::accurate`].
+    /// [`Accuracy::Accurate`].
     Accurate,
     /// The default step, solved as in a textbook: double precision, block Jacobi, plain instructions.
     Textbook,
