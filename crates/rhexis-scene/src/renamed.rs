@@ -63,8 +63,7 @@ pub(crate) fn of_settings(old: &str) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Document, patch};
-    use rhexis::components::Tearing;
+    use crate::Document;
 
     #[test]
     fn former_keys_are_refused_with_their_present_names() {
@@ -81,10 +80,16 @@ mod tests {
         assert!(error.position.is_some() && error.hint.contains("`strength_along_fibres`"), "{error}");
     }
 
+    #[cfg(feature = "snapshot")]
     #[test]
     fn components_refuse_former_keys_likewise() {
         let text = "strength_transverse = 0.5";
-        let error = patch::patched("Tearing", Some(&Tearing::default()), toml::from_str(text).unwrap()).unwrap_err();
+        let error = crate::patch::patched(
+            "Tearing",
+            Some(&rhexis::components::Tearing::default()),
+            toml::from_str(text).unwrap(),
+        )
+        .unwrap_err();
         assert!(error.contains("`strength_transverse`") && error.contains("`strength_along_fibres`"), "{error}");
     }
 }
