@@ -149,7 +149,7 @@ fn a_static_failure_names_what_helps() {
         [[bodies.holds]]\nname = 'right'\nregion = { x = 10 }\nmove = { offset = [5, 5, 0] }\n";
     let failed = Scene::parse(text, "f.toml").unwrap().instantiate().unwrap().advance().unwrap_err().to_string();
     assert!(failed.contains("still falls") && failed.contains("raise `static_iterations`"), "{failed}");
-    let enough = text.replace("static_iterations = 2\n", "");
+    let enough = text.replace("advanced.static_iterations = 2\n", "");
     assert!(Scene::parse(&enough, "f.toml").unwrap().instantiate().unwrap().advance().is_ok());
 }
 
