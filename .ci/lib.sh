@@ -1,6 +1,6 @@
 # Shared by `run` and `full`: settings of the build, and parts that are timed. Sourced, from the repository's root.
 
-# Nobody debugs what is built here: without debug information it links faster and takes less of the disk. Nor is it timed: without
+# No part debugs these builds: without debug information it links faster and takes less of the disk. Nor is it timed: without
 # optimisation across units it is built sooner.
 export CARGO_INCREMENTAL=0 CARGO_PROFILE_RELEASE_DEBUG=false CARGO_PROFILE_RELEASE_LTO=off
 target=${CARGO_TARGET_DIR:-$PWD/target}
@@ -37,7 +37,7 @@ not_run() {
     parts+=("NOT RUN|$1: $2")
 }
 
-# What each of the long parts depends on. `passed` has the hash with which it last passed.
+# Sources of each long part. `passed` has the hash with which it last passed.
 declare -A sources=(
     [notebooks]="bindings/python tests/public_api.txt"
     [page]="bindings/web tests/public_api.txt"

@@ -19,7 +19,7 @@ pub(crate) use parameters::{ParameterVisitor, Parameters};
 use crate::components::check::Check;
 
 /// Hands the list to a macro. Each section begins with the kind of its components. *Saved* ones are in snapshots, *remade* ones in
-/// part: they are made anew from it. Hosts may change *recorded* ones between two calls.
+/// part: they are rebuilt from it. Hosts may change *recorded* ones between two calls.
 macro_rules! components {
     ($made:ident) => {
         $made! {

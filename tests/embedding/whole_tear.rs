@@ -20,7 +20,7 @@ use rhexis::storage::Attached;
 use rhexis::storage::BodyId;
 use std::path::{Path, PathBuf};
 
-/// With this in the environment, the hand tears anew, and both files are written.
+/// With this in the environment, the hand tears again, and both files are written.
 const UPDATE: &str = "RHEXIS_UPDATE_GOLDEN";
 
 const HOW: &str = "If the change of the numbers is meant, record the tear anew and say in the commit why they change:

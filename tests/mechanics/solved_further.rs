@@ -121,7 +121,7 @@ fn undone_under_a_hand(corrections: u32) -> u32 {
 fn a_few_triangles_that_go_astray_do_not_hold_up_the_others() {
     let (before, after) = (undone_under_a_hand(0), undone_under_a_hand(10));
     println!("{before} undone, {after} with further solves");
-    // 7 % of what halves were needed for, 28 of 380; 5 % with an incomplete or a Cholesky factor in every solve, 21 of 404 and 18 of 401:
+    // 7 % of the steps that needed halves, 28 of 380; 5 % with an incomplete or a Cholesky factor in every solve, 21 of 404 and 18 of 401:
     // sheets that are flung part by the last digits of their solves.
     assert!(10 * after <= before, "{after} undone, {before} without further solves");
 }

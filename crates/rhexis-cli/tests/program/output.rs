@@ -1,4 +1,4 @@
-//! Pictures and lists of ParaView files of invented bodies: what is written is what was given, and hostile content is refused.
+//! Pictures and lists of ParaView files of invented bodies: files give the bodies back, and hostile content is refused.
 //! The pictures stay in `target/tmp` to be looked at.
 
 use crate::bodies::{Sheet, cap, sheet};

@@ -115,7 +115,7 @@ pub enum AccuracySpec {
     Haptic,
     /// For an eye that looks.
     Game,
-    /// For equilibria and what lies between them.
+    /// For equilibria and the states between them.
     Static,
 }
 
