@@ -7,89 +7,60 @@
 
 use super::cg::Free;
 use super::estimate::Limits;
-use super::factor::NoFactor;
 use super::recurrence::{self, Vectors};
-use super::{Available, CgError, CgInfo, Factor, Operator, ProductMemory, block_jacobi};
+use super::{CgError, CgInfo, Operator, ProductMemory};
 use crate::components::{FreeAxes, GuideConstraints, SolverScratch};
 use crate::settings::LinearParams;
 use crate::systems::bending::BendingPasses;
 use crate::systems::parallel;
 use glam::{DMat3, DVec2, DVec3};
 
-/// Iteration limit with a factor of an earlier state; guided vertices, unknown to it, cost some iterations with any factor.
-const MOST_WITH_EARLIER_FACTOR: u32 = 60;
-
 /// Determinant over the product of the diagonal below which a block counts as singular.
 const LEAST_GUIDED_PIVOT: f64 = 1e-12;
 
-/// Solve for a body with guided vertices, from a zero guess along free axes and guides.
-///
-/// # Errors
-/// See [`CgError`].
-pub(super) fn solve(
-    operator: &Operator,
-    params: &LinearParams,
-    available: &mut Available,
-    memory: &mut ProductMemory<'_>,
-    x: &mut [DVec3],
-    scratch: &mut SolverScratch,
-) -> Result<CgInfo, CgError> {
-    let guide_constraints = std::mem::take(&mut scratch.guide_constraints);
-    let blocks = inverse_blocks(operator, &guide_constraints);
-    guide_constraints.add_forces(&mut scratch.residual);
-    let result = solve_with((&guide_constraints, &blocks), operator, params, available, memory, x, scratch);
-    scratch.guide_constraints = guide_constraints;
-    result
+/// Guides in a solve, with the inverse of the block of each list of vertices that move alike.
+pub(super) struct Guides {
+    constraints: Box<GuideConstraints>,
+    blocks: Vec<DMat3>,
 }
 
-fn solve_with(
-    guides: (&GuideConstraints, &[DMat3]),
-    operator: &Operator,
-    params: &LinearParams,
-    available: &mut Available,
-    memory: &mut ProductMemory<'_>,
-    x: &mut [DVec3],
-    scratch: &mut SolverScratch,
-) -> Result<CgInfo, CgError> {
-    let mut done = 0;
-    let mut with_factor = |factor: &mut Factor, most: u32, x: &mut [DVec3], scratch: &mut SolverScratch| {
-        factor.begin(operator, &scratch.free);
-        let limited = LinearParams { iterations: params.iterations.min(most), ..*params };
-        let precondition =
-            |r: &[DVec3], free: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| factor.apply(r, free, z, partials);
-        iterate(guides, operator, &limited, memory, x, scratch, precondition)
-    };
-    if let Some((factor, _)) = &mut available.factor {
-        if factor.is_of(&operator.triangles.corners, &scratch.free) {
-            scratch.rhs_backup.clone_from(&scratch.residual);
-            let info = with_factor(factor, MOST_WITH_EARLIER_FACTOR, x, scratch)?;
-            if info.is_solved || info.is_late {
-                return Ok(info);
-            }
-            done = info.iterations;
-            scratch.residual.copy_from_slice(&scratch.rhs_backup);
+impl Guides {
+    /// The body's guides, whose forces are added to the right-hand side; `None` where there are none.
+    pub(super) fn begin(operator: &Operator, scratch: &mut SolverScratch) -> Option<Self> {
+        if scratch.guide_constraints.is_empty() {
+            return None;
         }
-        match factor.renew(operator, &scratch.free) {
-            Ok(()) => {
-                let info = with_factor(factor, params.iterations - done.min(params.iterations), x, scratch)?;
-                return Ok(CgInfo { iterations: done + info.iterations, ..info });
-            }
-            Err(NoFactor::Indefinite) if !operator.is_definite() => {
-                return Err(CgError::Indefinite { iteration: done });
-            }
-            // There can be none, or rounding has left no factor.
-            Err(_) => {}
-        }
+        let constraints = std::mem::take(&mut scratch.guide_constraints);
+        constraints.add_forces(&mut scratch.residual);
+        Some(Self { blocks: inverse_blocks(operator, &constraints), constraints })
     }
-    let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), ..*params };
-    let mut inverse = std::mem::take(&mut scratch.inverse_block);
-    block_jacobi::invert_blocks(operator, &scratch.free, &mut inverse);
-    let precondition = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| {
-        block_jacobi::apply(&inverse, r, z, partials)
-    };
-    let info = iterate(guides, operator, &limited, memory, x, scratch, precondition);
-    scratch.inverse_block = inverse;
-    info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
+
+    /// Gives the guides back after the solve.
+    pub(super) fn end(self, scratch: &mut SolverScratch) {
+        scratch.guide_constraints = self.constraints;
+    }
+
+    /// Projects forces orthogonally onto free axes and guides.
+    fn project(&self, free: &FreeAxes, forces: &mut [DVec3]) {
+        self.constraints.level(forces);
+        scale((&self.constraints, free), forces, 1.0);
+    }
+
+    /// Writes the answer of the blocks to the residual `r` into `z`, and returns their part of r·z.
+    fn precondition(&self, r: &[DVec3], z: &mut [DVec3]) -> f64 {
+        let mut sum = 0.0;
+        for (group, inverse) in self.blocks.iter().enumerate() {
+            let (rows, directions) = self.constraints.group(group);
+            let force: DVec3 = rows.iter().map(|&row| r[row as usize]).sum();
+            let mut parts = DVec3::ZERO;
+            directions.iter().enumerate().for_each(|(i, d)| parts[i] = d.dot(force));
+            let answer = *inverse * parts;
+            let motion: DVec3 = directions.iter().enumerate().map(|(i, d)| *d * answer[i]).sum();
+            rows.iter().for_each(|&row| z[row as usize] += motion);
+            sum += answer.dot(parts);
+        }
+        sum
+    }
 }
 
 /// The inverse of Zᵀ·A·Z for each list of vertices that move alike, Z having their directions in its columns.
@@ -137,32 +108,6 @@ fn inverse(block: DMat3, size: usize) -> DMat3 {
     DMat3::from_diagonal(DVec3::from_array(safe))
 }
 
-/// Writes the answer of the blocks to the residual `r` into `z`, and returns their part of r·z.
-fn precondition_guided(
-    (guide_constraints, blocks): (&GuideConstraints, &[DMat3]),
-    r: &[DVec3],
-    z: &mut [DVec3],
-) -> f64 {
-    let mut sum = 0.0;
-    for (group, inverse) in blocks.iter().enumerate() {
-        let (rows, directions) = guide_constraints.group(group);
-        let force: DVec3 = rows.iter().map(|&row| r[row as usize]).sum();
-        let mut parts = DVec3::ZERO;
-        directions.iter().enumerate().for_each(|(i, d)| parts[i] = d.dot(force));
-        let answer = *inverse * parts;
-        let motion: DVec3 = directions.iter().enumerate().map(|(i, d)| *d * answer[i]).sum();
-        rows.iter().for_each(|&row| z[row as usize] += motion);
-        sum += answer.dot(parts);
-    }
-    sum
-}
-
-/// Orthogonal projection of forces onto free axes and guides.
-fn project(guide_constraints: &GuideConstraints, free: &FreeAxes, forces: &mut [DVec3]) {
-    guide_constraints.level(forces);
-    scale((guide_constraints, free), forces, 1.0);
-}
-
 /// Multiplies vectors by a factor along free axes and guides, and leaves nothing of them elsewhere.
 pub fn scale((guide_constraints, free): (&GuideConstraints, &FreeAxes), vectors: &mut [DVec3], factor: f64) {
     let guided: Vec<DVec3> = guide_constraints.rows().iter().map(|&row| vectors[row as usize]).collect();
@@ -175,8 +120,12 @@ pub fn scale((guide_constraints, free): (&GuideConstraints, &FreeAxes), vectors:
     }
 }
 
-fn iterate(
-    (guide_constraints, blocks): (&GuideConstraints, &[DMat3]),
+/// Solves A·x = b as [`cg::solve`](super::cg::solve) does, from a zero guess along free axes and guides.
+///
+/// # Errors
+/// See [`CgError`].
+pub(super) fn solve(
+    guides: &Guides,
     operator: &Operator,
     params: &LinearParams,
     memory: &mut ProductMemory<'_>,
@@ -189,10 +138,10 @@ fn iterate(
     let SolverScratch { free, residual, direction, product, partials, stops, reference_sq, .. } = scratch;
     [&mut *direction, product].into_iter().for_each(|vector| vector.resize(n, DVec3::ZERO));
     parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
-    guide_constraints.take(x);
+    guides.constraints.take(x);
     operator.apply(x, free, memory, product, partials);
     parallel::for_rows(residual, |v, r| *r -= product[v]);
-    project(guide_constraints, free, residual);
+    guides.project(free, residual);
     let residual_sq = parallel::sum(n, partials, |v| residual[v].length_squared());
     if !residual_sq.is_finite() {
         return Err(CgError::NotFinite { iteration: 0 });
@@ -200,7 +149,7 @@ fn iterate(
     *reference_sq = reference_sq.max(residual_sq);
     let limits = Limits::new(params, *reference_sq, scales).repeating(stops);
     let on_axes = Free { operator, memory, x, free, residual, direction, product, partials, precondition };
-    let mut vectors = Guided { guides: (guide_constraints, blocks), on_axes };
+    let mut vectors = Guided { guides, on_axes };
     let rz = vectors.precondition();
     let reached = recurrence::iterate(&mut vectors, DVec2::new(residual_sq, rz), &limits)?;
     stops.note(reached.iterations, reached.is_late);
@@ -209,7 +158,7 @@ fn iterate(
 
 /// Vectors on free axes and along guides.
 struct Guided<'a, 'b, P> {
-    guides: (&'a GuideConstraints, &'a [DMat3]),
+    guides: &'a Guides,
     on_axes: Free<'a, 'b, P>,
 }
 
@@ -218,7 +167,7 @@ impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Guided<'
     fn precondition(&mut self) -> f64 {
         let Free { free, residual, product, partials, precondition, .. } = &mut self.on_axes;
         let of_free = precondition(residual, free, product, partials);
-        of_free + precondition_guided(self.guides, residual, product)
+        of_free + self.guides.precondition(residual, product)
     }
 }
 
@@ -238,10 +187,10 @@ impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors 
     }
 
     fn advance(&mut self, alpha: f64) -> DVec2 {
-        let Self { guides: (guide_constraints, _), on_axes } = self;
+        let Self { guides, on_axes } = self;
         let Free { x, free, residual, direction, product, partials, .. } = on_axes;
         parallel::for_rows(x, |v, x| *x += direction[v] * alpha);
-        project(guide_constraints, free, product);
+        guides.project(free, product);
         let residual_sq = parallel::sum_rows(residual, partials, |v, r| {
             *r -= product[v] * alpha;
             r.length_squared()

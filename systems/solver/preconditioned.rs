@@ -1,21 +1,29 @@
-//! One linear solve, by the first of these preconditioners that is available and meets the tolerance:
+//! One linear solve: the preconditioners that are available, in the order in which they are tried, and conjugate gradients with each
+//! until one meets the tolerance.
 //!
-//! 1. a Cholesky factor of an earlier state, renewed on the spot where it needs too many iterations ([`Refresh::Now`]);
-//! 2. a Cholesky factor made in the background, within its iteration limit ([`Refresh::Background`]);
+//! 1. a Cholesky factor of an earlier state;
+//! 2. a Cholesky factor of the present state;
 //! 3. the mixed-precision solver with its own preconditioner, or multigrid cycles in double precision for exact tangents;
 //! 4. a Cholesky factor made on the spot, where the mixed-precision solver fails in a dynamic step;
 //! 5. block Jacobi in double precision, which is always available.
+//!
+//! [Guides](guided) are a projection within the iterations; with them the list is 1, 2, 5.
 
 use super::factor::{Factor, NoFactor};
-use super::{CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, ProductMemory, block_jacobi, cg, guided};
+use super::guided::{self, Guides};
+use super::{CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, ProductMemory, block_jacobi, cg};
 use crate::clock::Moment;
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::{LinearParams, Tangent};
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// Iterations after which a factor of an earlier state is replaced by one of the present. A new one costs about as much as seven
 /// iterations with it at 24,000 triangles, and more on larger bodies.
 const MOST_WITH_OLD_CHOLESKY: u32 = 10;
+
+/// Iteration limit with a factor of an earlier state where vertices are guided: unknown to it, they cost some iterations with any factor.
+const MOST_WITH_OLD_CHOLESKY_GUIDED: u32 = 60;
 
 /// Iterations with a factor of the present state at the most. One or two do where the operator is regular; where it is not,
 /// rounding sets the limit, and more iterations come no nearer.
@@ -35,17 +43,40 @@ const MOST_CYCLES: u32 = 200;
 pub enum FactorUse {
     /// Before all others.
     First,
-    /// After the mixed-precision solver has come to nothing, and in the solves that follow.
+    /// After the mixed-precision solver has come to nothing, and in the solves that follow; with guides, before all others.
     Fallback,
 }
 
-/// Preconditioners available to a solve, tried in this order. Double precision with block Jacobi is always available.
+/// Preconditioners available to a solve. Double precision with block Jacobi is always available.
 #[derive(Default)]
 pub struct Available<'a> {
     /// Cholesky factor, renewed in the solve in which it no longer serves.
     pub factor: Option<(&'a mut Factor, FactorUse)>,
     /// Mixed-precision solver, for tangents that are never indefinite, and its preconditioner where there is no factor.
     pub mixed: Option<(&'a mut MixedSolver, MixedPreconditioner)>,
+}
+
+/// A preconditioner of the list, which block Jacobi ends.
+#[derive(Clone, Copy, PartialEq)]
+enum Attempt {
+    /// Cholesky factor of an earlier state.
+    EarlierFactor,
+    /// Cholesky factor of the present state.
+    PresentFactor,
+    /// Multigrid cycles in double precision.
+    Cycles,
+    /// Mixed-precision solver.
+    Mixed(MixedPreconditioner),
+    /// Cholesky factor of the present state, for this solve and the next ones.
+    FallbackFactor,
+}
+
+/// Outcome of an attempt.
+enum Outcome {
+    /// The solve ends here.
+    End(CgInfo),
+    /// The next preconditioner goes on after so many iterations, from the guess that they leave.
+    Next(u32),
 }
 
 /// Solves A·x = b by conjugate gradients.
@@ -63,135 +94,174 @@ pub fn solve(
     if let Some((mixed, _)) = &mut available.mixed {
         mixed.forget_operator();
     }
-    if !scratch.guide_constraints.is_empty() {
-        return guided::solve(operator, params, available, memory, x, scratch);
+    let guides = Guides::begin(operator, scratch);
+    let attempts = available.attempts(operator, &scratch.free, guides.is_some());
+    let mut solve = Solve { operator, params: *params, guides: guides.as_ref(), memory, x, scratch };
+    let result = solve.in_order(&attempts, available);
+    if let Some(guides) = guides {
+        guides.end(scratch);
     }
-    let start = Moment::now();
-    let mut done = 0;
-    if let Some((factor, when)) = &mut available.factor
-        && (*when == FactorUse::First || factor.is_needed())
-    {
-        if factor.is_of(&operator.triangles.corners, &scratch.free) {
-            scratch.rhs_backup.clone_from(&scratch.residual);
-            let info = solve_with_factor(operator, params, MOST_WITH_OLD_CHOLESKY, factor, memory, x, scratch)?;
-            if info.is_solved || info.is_late {
-                return Ok(info);
-            }
-            done = info.iterations;
-            scratch.residual.copy_from_slice(&scratch.rhs_backup);
-        }
-        match factor.renew(operator, &scratch.free) {
-            Ok(()) => {
-                let info = solve_with_factor(operator, params, MOST_WITH_FRESH_CHOLESKY, factor, memory, x, scratch)?;
-                return Ok(CgInfo { iterations: done + info.iterations, ..info });
-            }
-            Err(NoFactor::Indefinite) if !operator.is_definite() => {
-                return Err(CgError::Indefinite { iteration: done });
-            }
-            // There can be none, or rounding has left no factor.
-            Err(_) => {}
-        }
-    }
-    let time = params.time.map(|time| time.saturating_sub(start.elapsed()));
-    let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), time, ..*params };
-    let info = solve_without_factor(operator, &limited, available, memory, x, scratch)?;
-    Ok(CgInfo { iterations: done + info.iterations, ..info })
+    result
 }
 
-fn solve_without_factor(
-    operator: &Operator,
-    params: &LinearParams,
-    available: &mut Available,
-    memory: &mut ProductMemory<'_>,
-    x: &mut [DVec3],
-    scratch: &mut SolverScratch,
-) -> Result<CgInfo, CgError> {
-    let mut done = 0;
-    match &mut available.mixed {
-        Some((mixed, MixedPreconditioner::Multigrid)) if operator.tangent == Tangent::Exact => {
-            let info = solve_with_cycles(operator, params, mixed, memory, x, scratch)?;
-            if info.is_solved || info.iterations >= params.iterations || info.is_late {
-                return Ok(info);
+impl Available<'_> {
+    /// The list for a solve, in order.
+    fn attempts(&mut self, operator: &Operator, free: &FreeAxes, is_guided: bool) -> SmallVec<[Attempt; 4]> {
+        let mut attempts = SmallVec::new();
+        if let Some((factor, when)) = &mut self.factor
+            && (is_guided || *when == FactorUse::First || factor.is_needed())
+        {
+            if factor.is_of(&operator.triangles.corners, free) {
+                attempts.push(Attempt::EarlierFactor);
             }
-            done = info.iterations;
-            scratch.residual.copy_from_slice(&scratch.rhs_backup);
+            attempts.push(Attempt::PresentFactor);
         }
-        Some((mixed, kind)) if operator.tangent != Tangent::Exact => {
-            let most = match available.factor {
-                Some((_, FactorUse::Fallback)) => MOST_WITHOUT_FACTOR.min(100 + x.len() as u32).min(params.iterations),
-                _ => params.iterations,
-            };
-            let limited = LinearParams { iterations: most, ..*params };
-            match mixed.solve(operator, &limited, *kind, memory, x, scratch) {
-                Ok((info, true)) if info.iterations < most || most == params.iterations || info.is_late => {
-                    return Ok(info);
+        match &self.mixed {
+            _ if is_guided => {}
+            Some((_, MixedPreconditioner::Multigrid)) if operator.tangent == Tangent::Exact => {
+                attempts.push(Attempt::Cycles);
+            }
+            Some((_, kind)) if operator.tangent != Tangent::Exact => {
+                attempts.push(Attempt::Mixed(*kind));
+                if matches!(self.factor, Some((_, FactorUse::Fallback))) {
+                    attempts.push(Attempt::FallbackFactor);
                 }
-                Ok((info, _)) => {
-                    done = info.iterations;
-                    scratch.residual.copy_from_slice(&scratch.direction);
+            }
+            _ => {}
+        }
+        attempts
+    }
+}
+
+/// A linear solve under way.
+struct Solve<'a, 'b> {
+    operator: &'a Operator<'a>,
+    params: LinearParams,
+    guides: Option<&'a Guides>,
+    memory: &'a mut ProductMemory<'b>,
+    x: &'a mut [DVec3],
+    scratch: &'a mut SolverScratch,
+}
+
+impl Solve<'_, '_> {
+    fn in_order(&mut self, attempts: &[Attempt], available: &mut Available) -> Result<CgInfo, CgError> {
+        let (start, LinearParams { iterations, time, .. }) = (Moment::now(), self.params);
+        if !attempts.is_empty() {
+            self.scratch.rhs_backup.clone_from(&self.scratch.residual);
+        }
+        let mut done = 0;
+        for attempt in attempts {
+            match self.attempt(*attempt, available)? {
+                Outcome::End(info) => return Ok(CgInfo { iterations: done + info.iterations, ..info }),
+                Outcome::Next(more) => done += more,
+            }
+            self.scratch.residual.copy_from_slice(&self.scratch.rhs_backup);
+            self.params.time = time.map(|time| time.saturating_sub(start.elapsed()));
+            self.params.iterations = iterations - done.min(iterations);
+        }
+        let info = self.with_block_jacobi()?;
+        Ok(CgInfo { iterations: done + info.iterations, ..info })
+    }
+
+    fn attempt(&mut self, attempt: Attempt, available: &mut Available) -> Result<Outcome, CgError> {
+        let most_without_factor = match available.factor {
+            Some((_, FactorUse::Fallback)) => MOST_WITHOUT_FACTOR.min(100 + self.x.len() as u32),
+            _ => u32::MAX,
+        };
+        match (attempt, &mut available.factor, &mut available.mixed) {
+            (Attempt::EarlierFactor, Some((factor, _)), _) => {
+                let is_guided = self.guides.is_some();
+                let most = if is_guided { MOST_WITH_OLD_CHOLESKY_GUIDED } else { MOST_WITH_OLD_CHOLESKY };
+                let info = self.with_factor(factor, most)?;
+                Ok(if info.is_solved || info.is_late { Outcome::End(info) } else { Outcome::Next(info.iterations) })
+            }
+            (Attempt::PresentFactor, Some((factor, _)), _) => match factor.renew(self.operator, &self.scratch.free) {
+                Ok(()) => self.with_present_factor(factor),
+                Err(NoFactor::Indefinite) if !self.operator.is_definite() => Err(CgError::Indefinite { iteration: 0 }),
+                // There can be none, or rounding has left no factor.
+                Err(_) => Ok(Outcome::Next(0)),
+            },
+            (Attempt::FallbackFactor, Some((factor, _)), _) => {
+                match factor.renew_for_next(self.operator, &self.scratch.free) {
+                    Ok(()) => self.with_present_factor(factor),
+                    Err(_) => Ok(Outcome::Next(0)),
                 }
-                // Single precision may have overflown: double precision tells.
-                Err(_) => {}
             }
-            if let Some((factor, FactorUse::Fallback)) = &mut available.factor
-                && factor.renew_for_next(operator, &scratch.free).is_ok()
-            {
-                let left = LinearParams { iterations: params.iterations - done, ..*params };
-                let info = solve_with_factor(operator, &left, MOST_WITH_FRESH_CHOLESKY, factor, memory, x, scratch)?;
-                return Ok(CgInfo { iterations: done + info.iterations, ..info });
+            (Attempt::Cycles, _, Some((mixed, _))) => self.with_cycles(mixed),
+            (Attempt::Mixed(kind), _, Some((mixed, _))) => {
+                Ok(self.in_mixed_precision(mixed, kind, most_without_factor))
             }
+            // Without the solver that it takes, an attempt is none.
+            _ => Ok(Outcome::Next(0)),
         }
-        _ => {}
     }
-    let params = &LinearParams { iterations: params.iterations - done, ..*params };
-    let mut inverse = std::mem::take(&mut scratch.inverse_block);
-    block_jacobi::invert_blocks(operator, &scratch.free, &mut inverse);
-    let precondition = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| {
-        block_jacobi::apply(&inverse, r, z, partials)
-    };
-    let info = cg::solve(operator, params, memory, x, scratch, precondition);
-    scratch.inverse_block = inverse;
-    info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
-}
 
-/// Solve with multigrid cycles in double precision, repeated with present numbers where those of an earlier operator do not suffice.
-fn solve_with_cycles(
-    operator: &Operator,
-    params: &LinearParams,
-    mixed: &mut MixedSolver,
-    memory: &mut ProductMemory<'_>,
-    x: &mut [DVec3],
-    scratch: &mut SolverScratch,
-) -> Result<CgInfo, CgError> {
-    scratch.rhs_backup.clone_from(&scratch.residual);
-    mixed.begin_cycles(operator, &scratch.free);
-    let mut done = 0;
-    loop {
-        let most = mixed.most_cycles(params.tolerance);
-        let limited = LinearParams { iterations: most.unwrap_or(MOST_CYCLES).min(params.iterations - done), ..*params };
-        let cycle = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| mixed.cycle(r, z, partials);
-        let info = cg::solve(operator, &limited, memory, x, scratch, cycle)?;
-        mixed.end_cycles(info.iterations, info.relative_residual, info.is_solved);
-        done += info.iterations;
-        if info.is_solved || most.is_none() || done >= params.iterations || info.is_late {
-            return Ok(CgInfo { iterations: done, ..info });
+    fn conjugate_gradients(
+        &mut self,
+        most: u32,
+        precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
+    ) -> Result<CgInfo, CgError> {
+        let Self { operator, guides, memory, x, scratch, .. } = self;
+        let params = LinearParams { iterations: self.params.iterations.min(most), ..self.params };
+        match guides {
+            None => cg::solve(operator, &params, memory, x, scratch, precondition),
+            Some(guides) => guided::solve(guides, operator, &params, memory, x, scratch, precondition),
         }
-        scratch.residual.copy_from_slice(&scratch.rhs_backup);
     }
-}
 
-fn solve_with_factor(
-    operator: &Operator,
-    params: &LinearParams,
-    most: u32,
-    factor: &mut Factor,
-    memory: &mut ProductMemory<'_>,
-    x: &mut [DVec3],
-    scratch: &mut SolverScratch,
-) -> Result<CgInfo, CgError> {
-    let params = LinearParams { iterations: params.iterations.min(most), ..*params };
-    factor.begin(operator, &scratch.free);
-    let precondition =
-        |r: &[DVec3], free: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| factor.apply(r, free, z, partials);
-    cg::solve(operator, &params, memory, x, scratch, precondition)
+    fn with_factor(&mut self, factor: &mut Factor, most: u32) -> Result<CgInfo, CgError> {
+        factor.begin(self.operator, &self.scratch.free);
+        self.conjugate_gradients(most, |r, free, z, partials| factor.apply(r, free, z, partials))
+    }
+
+    /// The end of the solve, whose rounding no other preconditioner would do better than a factor of the operator itself.
+    fn with_present_factor(&mut self, factor: &mut Factor) -> Result<Outcome, CgError> {
+        let most = if self.guides.is_some() { u32::MAX } else { MOST_WITH_FRESH_CHOLESKY };
+        self.with_factor(factor, most).map(Outcome::End)
+    }
+
+    fn with_block_jacobi(&mut self) -> Result<CgInfo, CgError> {
+        let mut inverse = std::mem::take(&mut self.scratch.inverse_block);
+        block_jacobi::invert_blocks(self.operator, &self.scratch.free, &mut inverse);
+        let info =
+            self.conjugate_gradients(u32::MAX, |r, _, z, partials| block_jacobi::apply(&inverse, r, z, partials));
+        self.scratch.inverse_block = inverse;
+        info
+    }
+
+    fn in_mixed_precision(&mut self, mixed: &mut MixedSolver, kind: MixedPreconditioner, most: u32) -> Outcome {
+        let Self { operator, params, memory, x, scratch, .. } = self;
+        let most = most.min(params.iterations);
+        let limited = LinearParams { iterations: most, ..*params };
+        match mixed.solve(operator, &limited, kind, memory, x, scratch) {
+            Ok((info, true)) if info.iterations < most || most == params.iterations || info.is_late => {
+                Outcome::End(info)
+            }
+            Ok((info, _)) => Outcome::Next(info.iterations),
+            // Single precision may have overflown: double precision tells.
+            Err(_) => Outcome::Next(0),
+        }
+    }
+
+    /// Multigrid cycles in double precision, repeated with present numbers where those of an earlier operator do not suffice.
+    fn with_cycles(&mut self, mixed: &mut MixedSolver) -> Result<Outcome, CgError> {
+        mixed.begin_cycles(self.operator, &self.scratch.free);
+        let (limit, mut done) = (self.params.iterations, 0);
+        loop {
+            let most = mixed.most_cycles(self.params.tolerance);
+            let limited = most.unwrap_or(MOST_CYCLES).min(limit - done);
+            let cycle =
+                |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| mixed.cycle(r, z, partials);
+            let info = self.conjugate_gradients(limited, cycle)?;
+            mixed.end_cycles(info.iterations, info.relative_residual, info.is_solved);
+            done += info.iterations;
+            if info.is_solved || info.is_late || done >= limit {
+                return Ok(Outcome::End(CgInfo { iterations: done, ..info }));
+            }
+            if most.is_none() {
+                return Ok(Outcome::Next(done));
+            }
+            self.scratch.residual.copy_from_slice(&self.scratch.rhs_backup);
+        }
+    }
 }
