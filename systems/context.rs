@@ -5,7 +5,7 @@
 //! TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): both stages have s = (1 − 1/√2)·Δt, so that one matrix serves both. The
 //! first is the trapezoidal rule from 0 to γ·Δt, the second the backward difference formula through both and Δt.
 
-use crate::components::{Increment, SolveResult, TearDecisions};
+use crate::components::{Increment, SolveResult};
 use crate::settings::ablation::Part;
 use crate::settings::{Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use glam::DVec3;
@@ -126,11 +126,6 @@ impl StepContext {
     /// This part of a step, with work for `solves` more reserved after it.
     pub fn before(self, solves: u32) -> Self {
         Self { reserved: self.reserved + solves, ..self }
-    }
-
-    /// Whether a body has done its step, which is redone for others: its tears need not advance further.
-    pub fn is_done(&self, decisions: Option<&TearDecisions>) -> bool {
-        self.is_resumed && !decisions.is_some_and(|decisions| decisions.may_advance_further)
     }
 
     /// A static solve by Newton's method with the exact tangent, under the loads of `time` \[ms\].

@@ -71,9 +71,9 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
             position_error: block.position_error,
             is_late: block.is_late,
             imbalance: block.imbalance,
-            is_done: block.is_converged,
             // Of a phase: set when the next step begins.
             is_in_step: false,
+            is_active: false,
             has_converged: block.is_converged,
             fell_back: block.fell_back,
             tangent: block.tangent,

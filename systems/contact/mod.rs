@@ -206,8 +206,7 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
     type Query<'a> =
         ((&'a Vertices, &'a Triangles, &'a Topology, &'a Increment), &'a mut SolveResult, Option<&'a Contact>);
     for ((vertices, triangles, topology, increment), result, contact) in world.query_mut::<Query>() {
-        let was_solved = result.newton_iterations > 0 && result.is_in_step;
-        let asks = contact.is_some() && was_solved && {
+        let asks = contact.is_some() && result.newton_iterations > 0 && result.is_in_step && {
             let looked_at = looked_at(&obstacles, increment);
             let is_deep = |v: usize| {
                 let place = |moved: &Moved| held(moved, increment.start[v], vertices.position[v]);
@@ -219,7 +218,7 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
                     || has_deep_face(&looked_at, &increment.start, (vertices, triangles)))
         };
         // A body whose budget allows no other solve is put outside after the last round.
-        result.is_done = !asks || !step.affords(result, 1);
+        result.select(asks && step.affords(result, 1));
         count += usize::from(asks);
     }
     count

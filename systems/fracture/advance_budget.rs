@@ -94,7 +94,7 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
         let tears = tearing.is_some_and(|(tables, tearing)| will_tear(tables, tearing, step));
         let is_solved = tears && step.affords(result, 1);
         result.is_tear_undecided |= tears && !is_solved;
-        result.is_done = !is_solved;
+        result.select(is_solved);
         count += usize::from(is_solved);
     }
     count

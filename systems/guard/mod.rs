@@ -99,7 +99,7 @@ pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
     let count = bodies.filter(|(_, scratch)| scratch.to_correct.is_some()).count();
     if count > 0 {
         for (result, scratch) in world.query_mut::<(&mut SolveResult, &SolverScratch)>() {
-            result.is_done = scratch.to_correct.is_none();
+            result.select(scratch.to_correct.is_some());
         }
     }
     count

@@ -22,7 +22,7 @@
 use super::place::of_triangle;
 use super::{SPURIOUS_SHARE, slack_energy};
 use crate::components::{
-    Bending, Damping, FibreLaws, Forces, Frames, GuardLedger, Increment, Planar, PreStretch, Sleeping, SolveResult,
+    Bending, Damping, FibreLaws, Forces, Frames, GuardLedger, Increment, Planar, PreStretch, SolveResult,
     SolverScratch, fibre_law,
 };
 use crate::event::{GuardCause, GuardPlace};
@@ -124,14 +124,14 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
         return 0;
     }
     type Solve<'a> = (&'a SolveResult, &'a mut SolverScratch, &'a mut GuardLedger);
-    type Query<'a> = (Elastic<'a>, (&'a Forces, &'a mut Increment), Solve<'a>, Option<&'a Sleeping>);
+    type Query<'a> = (Elastic<'a>, (&'a Forces, &'a mut Increment), Solve<'a>);
     parallel::for_bodies::<Query>(
         world,
-        |(((vertices, ..), ..), _, (result, scratch, _), sleeping)| {
-            let is_left_out = sleeping.is_some_and(Sleeping::is_asleep) || result.linear_residual.is_nan();
-            if is_left_out || scratch.account.energy.is_none() { 0 } else { vertices.len() }
+        |(((vertices, ..), ..), _, (result, scratch, _))| {
+            let is_judged = result.is_in_step && !result.linear_residual.is_nan() && scratch.account.energy.is_some();
+            if is_judged { vertices.len() } else { 0 }
         },
-        |(elastic, (forces, increment), (_, scratch, ledger), _)| {
+        |(elastic, (forces, increment), (_, scratch, ledger))| {
             let SolverScratch { free, residual, partials, account, .. } = scratch;
             let ((vertices, triangles, _, frames), ..) = elastic;
             let Some(start) = account.energy.take() else { return };

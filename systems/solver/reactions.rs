@@ -49,7 +49,7 @@ pub fn of_part(world: &mut hecs::World, step: &StepContext) {
     for ((vertices, triangles, topology, frames), (forces, increment, result), about, prescribers) in
         world.query_mut::<Query>()
     {
-        if result.is_done || !increment.is_fraction {
+        if !result.is_active() || !increment.is_fraction {
             continue;
         }
         let (external, folds, damping) = about;

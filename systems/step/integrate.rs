@@ -15,13 +15,21 @@ use glam::DVec3;
 type AxesQuery<'a> =
     ((&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch), (Prescription<'a>, Option<&'a Planar>));
 
+/// Decides which bodies take part in the step: those that are awake.
+pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    for (result, sleeping) in world.query_mut::<(&mut SolveResult, Option<&Sleeping>)>() {
+        result.begin(sleeping.is_some_and(Sleeping::is_asleep));
+        count += usize::from(result.is_active());
+    }
+    count
+}
+
 /// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear solve.
 /// The guess is the last increment scaled to this step along free axes, the prescribed displacement along the others.
 pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
-    type Begun<'a> =
-        ((&'a mut SolveResult, &'a mut SolverScratch, &'a mut GuardLedger), Option<&'a Sleeping>, OutputsMut<'a>);
-    for ((result, scratch, ledger), sleeping, read) in world.query_mut::<Begun>() {
-        result.begin(sleeping.is_some_and(Sleeping::is_asleep));
+    type Begun<'a> = (&'a mut SolverScratch, &'a mut GuardLedger, OutputsMut<'a>);
+    for (scratch, ledger, read) in world.query_mut::<hecs::With<Begun, &SolveResult>>() {
         scratch.begin(read);
         ledger.begin(step.is_retried);
     }
@@ -91,13 +99,17 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a mut Increment, &'a mut SolveResult, &'a mut SolverScratch),
-        (Prescription<'a>, Option<&'a Planar>, Option<&'a TearDecisions>),
+        (Prescription<'a>, Option<&'a Planar>, Option<&'a mut TearDecisions>),
     );
     for ((vertices, increment, result, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
-        // The others keep the result of their last solve.
-        result.is_in_step &= !step.is_done(decisions);
-        result.is_done = !result.is_in_step;
-        if result.is_done {
+        // The others keep the result of their last solve, and what was decided on their tears has been carried out.
+        let may_advance = decisions.as_ref().is_some_and(|decisions| decisions.may_advance_further);
+        if result.is_in_step && !may_advance {
+            decisions.into_iter().for_each(TearDecisions::forget);
+            result.is_in_step = false;
+        }
+        result.select(true);
+        if !result.is_active() {
             continue;
         }
         count += 1;

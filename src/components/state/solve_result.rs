@@ -20,11 +20,11 @@ pub struct SolveResult {
     pub is_late: bool,
     /// Largest free nodal imbalance at the last evaluation \[N\].
     pub imbalance: f64,
-    /// Whether systems skip the body in this phase: converged, excluded from the loop at hand, or asleep.
-    pub is_done: bool,
-    /// Whether the body takes part in this phase of the step: awake, and not done with a step that is resumed for others. Its increment
-    /// then belongs to this step and to the mesh as it is.
+    /// Whether the body takes part in the step: awake, and not done with one that is resumed for others. Its increment then belongs to this
+    /// step and to the mesh as it is.
     pub(crate) is_in_step: bool,
+    /// Whether the body takes part in the phase at hand.
+    pub(crate) is_active: bool,
     /// Whether Newton's iteration has reached its tolerance; of a linearly implicit step, whether the solve has an answer.
     pub has_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
@@ -42,22 +42,31 @@ pub struct SolveResult {
 }
 
 impl SolveResult {
-    /// Number of a body's rows to work on in this iteration: all of them, or none.
-    pub(crate) fn rows_to_solve(&self, rows: usize) -> usize {
-        if self.is_done { 0 } else { rows }
+    /// Whether systems work on the body in this phase of the step: it is awake and not converged, and the loop at hand selects it.
+    pub fn is_active(&self) -> bool {
+        self.is_active
     }
 
-    /// Begins a step; a body that sleeps is done with it.
+    /// Number of a body's rows to work on in this phase: all of them, or none.
+    pub(crate) fn rows_to_solve(&self, rows: usize) -> usize {
+        if self.is_active { rows } else { 0 }
+    }
+
+    /// Selects the body for the phase that begins; one that is not in the step stays out.
+    pub(crate) fn select(&mut self, is_asked: bool) {
+        self.is_active = self.is_in_step && is_asked;
+    }
+
+    /// Begins a step, in which a sleeping body takes no part.
     pub(crate) fn begin(&mut self, is_asleep: bool) {
         (self.iterations, self.newton_iterations, self.is_late) = (0, 0, false);
         (self.fell_back, self.fault) = (false, None);
         self.take_part(!is_asleep);
     }
 
-    /// Takes the body into the phase that begins, or leaves it out as done.
+    /// Takes the body into the step and its next phase, or leaves it out.
     pub(crate) fn take_part(&mut self, is_in_step: bool) {
-        self.is_in_step = is_in_step;
-        (self.is_done, self.has_converged) = (!is_in_step, !is_in_step);
+        (self.is_in_step, self.is_active, self.has_converged) = (is_in_step, is_in_step, !is_in_step);
     }
 
     /// Forgets the results of an undone attempt.

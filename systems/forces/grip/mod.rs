@@ -5,7 +5,7 @@ mod pinch_selection;
 pub use pinch_selection::PinchSelection;
 
 use crate::components::{
-    ExternalStiffness, Forceps, Forces, Grip, Grips, Motion, NearTip, Pinch, Pose, Sleeping, Slip, SolveResult, TearLog,
+    ExternalStiffness, Forceps, Forces, Grip, Grips, Motion, NearTip, Pinch, Pose, Slip, SolveResult, TearLog,
 };
 use crate::event::EventKind;
 use crate::math::{Sym3, elementary};
@@ -23,11 +23,9 @@ pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     let forceps: SmallVec<[Entity; 8]> =
         world.query_mut::<(Entity, &Forceps)>().into_iter().map(|(forceps, _)| forceps).collect();
-    type Query<'a> =
-        ((&'a Vertices, &'a Triangles, &'a Topology, Option<&'a Tips>), (&'a mut Grips, Option<&'a Sleeping>));
-    for ((vertices, triangles, topology, tips), (grips, sleeping)) in world.query_mut::<Query>().with::<&SolveResult>()
-    {
-        if sleeping.is_some_and(Sleeping::is_asleep) {
+    type Query<'a> = ((&'a Vertices, &'a Triangles, &'a Topology, Option<&'a Tips>), (&'a mut Grips, &'a SolveResult));
+    for ((vertices, triangles, topology, tips), (grips, result)) in world.query_mut::<Query>() {
+        if !result.is_active() {
             continue;
         }
         let Grips { list, pinches, grasp_count } = grips;
@@ -66,7 +64,7 @@ pub fn grip(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Grips, &'a mut Forces, &'a mut ExternalStiffness),
     );
     for ((vertices, triangles, topology, result), (grips, forces, external)) in world.query_mut::<Query>() {
-        if result.is_done {
+        if !result.is_active() {
             continue;
         }
         for pinch in &grips.pinches {
@@ -87,10 +85,9 @@ pub fn grip(world: &mut hecs::World, step: &StepContext) -> usize {
 pub fn feel(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     let mut told: SmallVec<[(Entity, DVec3, DVec3, bool); 8]> = SmallVec::new();
-    type Query<'a> =
-        ((&'a Vertices, &'a Triangles, &'a Topology, Option<&'a Sleeping>), (&'a mut Grips, &'a mut TearLog));
-    for ((vertices, triangles, topology, sleeping), (grips, log)) in world.query_mut::<Query>().with::<&SolveResult>() {
-        if sleeping.is_some_and(Sleeping::is_asleep) {
+    type Query<'a> = ((&'a Vertices, &'a Triangles, &'a Topology, &'a SolveResult), (&'a mut Grips, &'a mut TearLog));
+    for ((vertices, triangles, topology, result), (grips, log)) in world.query_mut::<Query>() {
+        if !result.is_in_step {
             continue;
         }
         count += usize::from(grips.pinches.iter().any(Pinch::is_closed));

@@ -17,7 +17,7 @@ pub(super) mod tip_stress;
 pub(super) mod ultimate_stretch;
 
 use crate::components::{
-    BlockedNucleation, DecidedBy, EnergyCriterion, Grips, Holds, LigamentFailure, Sleeping, SolveResult, TearDecision,
+    BlockedNucleation, DecidedBy, EnergyCriterion, Grips, Holds, LigamentFailure, SolveResult, TearDecision,
     TearDecisions, TearLog, TearSite, Tearing,
 };
 use crate::math::elementary;
@@ -41,25 +41,25 @@ const TIP: usize = 100;
 
 /// Evaluates the criterion at the current positions and leaves the decisions in [`TearDecisions`]. Does not run on a body that
 /// has no tip, may not start a tear and has nothing that could part without one.
-pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
-    type Left<'a> = hecs::With<(&'a mut TearDecisions, Option<&'a Sleeping>), &'a SolveResult>;
-    for (decisions, _) in world.query_mut::<Left>().into_iter().filter(|(_, sleeping)| !is_asleep(sleeping)) {
-        decisions.forget();
+pub fn criterion(world: &mut hecs::World, _: &StepContext) -> usize {
+    for (decisions, result) in world.query_mut::<(&mut TearDecisions, &SolveResult)>() {
+        if result.is_in_step {
+            decisions.forget();
+        }
     }
     type Query<'a> = (
         (SurfaceQuery<'a>, &'a Tearing),
-        (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>, &'a TearLog),
+        (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, &'a SolveResult, &'a TearLog),
         (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
     );
-    parallel::for_bodies::<hecs::With<Query, &SolveResult>>(
+    parallel::for_bodies::<Query>(
         world,
-        |((((_, triangles, _), _), tearing), (tips, decisions, _, sleeping, log), _)| {
-            let is_done = is_asleep(sleeping) || step.is_done(Some(decisions));
+        |((((_, triangles, _), _), tearing), (tips, _, _, result, log), _)| {
             let is_searched = tearing.may_initiate || tearing.ultimate_stretch.is_some() || log.length > 0.0;
-            match (is_done, is_searched) {
-                (true, _) => 0,
-                (false, true) => triangles.len(),
-                (false, false) => tips.len() * TIP,
+            match (result.is_in_step, is_searched) {
+                (false, _) => 0,
+                (true, true) => triangles.len(),
+                (true, false) => tips.len() * TIP,
             }
         },
         |((surface, tearing), (tips, decisions, memory, _, log), (holds, grips, energy))| {
@@ -117,10 +117,6 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         },
     )
-}
-
-fn is_asleep(sleeping: &Option<&Sleeping>) -> bool {
-    sleeping.is_some_and(Sleeping::is_asleep)
 }
 
 /// The place whose disc average exceeds the criterion most; of equal ones triangles before vertices, and the lowest row.

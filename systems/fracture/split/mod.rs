@@ -37,7 +37,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         followers,
     ) in world.query_mut::<Query>()
     {
-        if step.is_done(Some(decisions)) {
+        if !result.is_in_step {
             continue;
         }
         let budget = AdvanceBudget::new(step, tearing);

@@ -122,7 +122,7 @@ pub fn membrane(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (&'a mut EnergyAudit, &'a Vertices, &'a Forces, &'a Increment, &'a SolveResult);
     for (audit, vertices, forces, increment, result) in world.query_mut::<Query>() {
-        if result.is_done {
+        if !result.is_active() {
             continue;
         }
         count += 1;
@@ -145,7 +145,7 @@ pub fn membrane(world: &mut hecs::World, step: &StepContext) -> usize {
 pub fn loads(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     for (audit, forces, result) in world.query_mut::<(&mut EnergyAudit, &Forces, &SolveResult)>() {
-        if result.is_done {
+        if !result.is_active() {
             continue;
         }
         count += 1;

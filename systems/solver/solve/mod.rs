@@ -51,17 +51,17 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
 
 /// Counts the bodies that need another Newton iteration.
 pub fn unconverged(world: &mut hecs::World, _: &StepContext) -> usize {
-    let is_done = |result: &SolveResult| result.is_done || result.linear_residual.is_nan();
-    world.query_mut::<&SolveResult>().into_iter().filter(|result| !is_done(result)).count()
+    let is_needed = |result: &SolveResult| result.is_active() && !result.linear_residual.is_nan();
+    world.query_mut::<&SolveResult>().into_iter().filter(|result| is_needed(result)).count()
 }
 
 /// Ends the iterations of a linearly implicit solve: a body is converged that has a finite answer.
 pub fn end(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     for result in world.query_mut::<&mut SolveResult>() {
-        count += usize::from(!result.is_done);
-        result.is_done = result.linear_residual.is_finite();
-        result.has_converged = result.is_done;
+        count += usize::from(result.is_active());
+        result.select(false);
+        result.has_converged = result.linear_residual.is_finite();
     }
     count
 }
@@ -92,7 +92,8 @@ fn solve_body(
     }
     let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles, frames, external) } else { 0.0 };
     if has_converged(increment, (result, scratch), step, unavoidable.max(step.newton_tolerance * force_scale)) {
-        (result.is_done, result.has_converged) = (true, true);
+        result.select(false);
+        result.has_converged = true;
         return;
     }
     if step.is_static && reject_increment(increment, scratch) {

@@ -69,6 +69,7 @@ const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepConte
 pub const STEP: &[System] = &[
     system("obstacles", Stage::Begin, systems::contact::move_obstacles),
     system("sleep: wake", Stage::Begin, systems::step::sleep::wake),
+    system("participants", Stage::Begin, systems::step::integrate::begin),
     system("energy audit: begin", Stage::Begin, systems::guard::audit::begin),
     system("refine", Stage::Begin, systems::fracture::topology::refine::refine),
     system("energy audit: refined", Stage::Begin, systems::guard::audit::refined),

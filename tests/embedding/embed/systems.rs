@@ -19,7 +19,7 @@ struct Wind(DVec3);
 fn wind(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     for (vertices, wind, result, forces) in world.query_mut::<(&Vertices, &Wind, &SolveResult, &mut Forces)>() {
-        if !result.is_done {
+        if result.is_active() {
             count += 1;
             forces.nodal.iter_mut().zip(&vertices.mass).for_each(|(force, mass)| *force += wind.0 * *mass);
         }
