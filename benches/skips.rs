@@ -16,6 +16,7 @@ use rhexis::simulation::Simulation;
 use rhexis::storage::{BodyId, TriangleMesh};
 use rhexis::systems::StepContext;
 use rhexis::systems::forces::{assembly, corotation};
+use rhexis::systems::step::integrate;
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("no pool before this one");
@@ -119,9 +120,7 @@ fn forces(bencher: Bencher, order: &str) {
     simulation.step(1.0).expect("a time step");
     let step = StepContext::of_step(simulation.settings(), 1.0, 2.0);
     let world = simulation.world_mut();
-    for result in world.query_mut::<&mut rhexis::components::SolveResult>() {
-        result.is_done = false;
-    }
+    integrate::begin(world, &step);
     bencher
         .counter(ItemsCount::new(count))
         .bench_local(|| corotation::corotation(world, &step) + assembly::assembly(world, &step));

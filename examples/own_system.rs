@@ -31,7 +31,7 @@ fn magnet(world: &mut World, _: &StepContext) -> usize {
     let mut count = 0;
     for ((vertices, triangles, topology, result), (magnet, forces, external)) in world.query_mut::<Query>() {
         // Asleep, or solved already.
-        if result.is_done {
+        if !result.is_active() {
             continue;
         }
         count += 1;

@@ -15,6 +15,7 @@ pub mod kernels;
 pub mod parallel;
 pub mod solver;
 pub mod step;
+pub mod tools;
 pub mod work;
 
 pub use context::{Formula, StepContext};

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules of the engine, from the ground up: each may name those before it, and itself.
-const ORDER: [&str; 30] = [
+const ORDER: [&str; 31] = [
     "clock",
     "units",
     "math",
@@ -26,6 +26,7 @@ const ORDER: [&str; 30] = [
     "systems::bending",
     "systems::contact",
     "systems::forces",
+    "systems::tools",
     "systems::solver",
     "systems::fracture",
     "systems::guard",

@@ -6,7 +6,7 @@ use crate::event::WokenBy;
 use crate::registry::{Rejected, complete_in};
 use crate::replay::Input;
 use crate::storage::{BodyId, ForcepsId, Topology, Triangles, Vertices};
-use crate::systems::forces::grip::PinchSelection;
+use crate::systems::tools::PinchSelection;
 use glam::DVec3;
 
 /// Why a tool did nothing; everything is as it was.

@@ -6,7 +6,6 @@ pub mod corotation;
 pub mod drag;
 pub mod element;
 pub mod gravity;
-pub mod grip;
 pub mod hold;
 pub mod loads;
 pub mod pressure;

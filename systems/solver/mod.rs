@@ -3,33 +3,21 @@
 
 mod block_jacobi;
 mod cg;
-#[cfg(feature = "direct")]
-mod cholesky;
-#[cfg(feature = "direct")]
-mod dissect;
+#[cfg_attr(not(feature = "direct"), path = "direct/unavailable.rs")]
+mod direct;
 mod estimate;
-#[cfg_attr(not(feature = "direct"), path = "no_factor.rs")]
-mod factor;
 mod guided;
 mod initial_guess;
 mod load_stiffness;
 mod mixed;
 mod operator;
-#[cfg(feature = "direct")]
-mod operator_copy;
-#[cfg(feature = "direct")]
-mod panels;
-#[cfg(feature = "direct")]
-mod pattern;
 mod preconditioned;
 pub mod reactions;
 mod recurrence;
-#[cfg(feature = "direct")]
-mod rotation_warp;
 pub mod solve;
 
 pub use cg::{CgError, CgInfo};
-pub use factor::{Factor, FactorState};
+pub use direct::{Factor, FactorState};
 pub use guided::scale as scale_guided;
 pub use load_stiffness::{edge_loads, has_free_rim, load_block, load_product};
 pub use mixed::{MixedPreconditioner, MixedSolver, MixedState};

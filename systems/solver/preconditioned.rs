@@ -9,7 +9,7 @@
 //!
 //! [Guides](guided) are a projection within the iterations; with them the list is 1, 2, 5.
 
-use super::factor::{Factor, NoFactor};
+use super::direct::{Factor, NoFactor};
 use super::guided::{self, Guides};
 use super::{CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, ProductMemory, block_jacobi, cg};
 use crate::clock::Moment;
@@ -146,16 +146,12 @@ struct Solve<'a, 'b> {
 impl Solve<'_, '_> {
     fn in_order(&mut self, attempts: &[Attempt], available: &mut Available) -> Result<CgInfo, CgError> {
         let (start, LinearParams { iterations, time, .. }) = (Moment::now(), self.params);
-        if !attempts.is_empty() {
-            self.scratch.rhs_backup.clone_from(&self.scratch.residual);
-        }
         let mut done = 0;
         for attempt in attempts {
             match self.attempt(*attempt, available)? {
                 Outcome::End(info) => return Ok(CgInfo { iterations: done + info.iterations, ..info }),
                 Outcome::Next(more) => done += more,
             }
-            self.scratch.residual.copy_from_slice(&self.scratch.rhs_backup);
             self.params.time = time.map(|time| time.saturating_sub(start.elapsed()));
             self.params.iterations = iterations - done.min(iterations);
         }
@@ -163,6 +159,7 @@ impl Solve<'_, '_> {
         Ok(CgInfo { iterations: done + info.iterations, ..info })
     }
 
+    /// One attempt; where another goes on, the residual is the right-hand side again.
     fn attempt(&mut self, attempt: Attempt, available: &mut Available) -> Result<Outcome, CgError> {
         let most_without_factor = match available.factor {
             Some((_, FactorUse::Fallback)) => MOST_WITHOUT_FACTOR.min(100 + self.x.len() as u32),
@@ -172,8 +169,13 @@ impl Solve<'_, '_> {
             (Attempt::EarlierFactor, Some((factor, _)), _) => {
                 let is_guided = self.guides.is_some();
                 let most = if is_guided { MOST_WITH_OLD_CHOLESKY_GUIDED } else { MOST_WITH_OLD_CHOLESKY };
+                self.scratch.rhs_backup.clone_from(&self.scratch.residual);
                 let info = self.with_factor(factor, most)?;
-                Ok(if info.is_solved || info.is_late { Outcome::End(info) } else { Outcome::Next(info.iterations) })
+                if info.is_solved || info.is_late {
+                    return Ok(Outcome::End(info));
+                }
+                self.scratch.residual.copy_from_slice(&self.scratch.rhs_backup);
+                Ok(Outcome::Next(info.iterations))
             }
             (Attempt::PresentFactor, Some((factor, _)), _) => match factor.renew(self.operator, &self.scratch.free) {
                 Ok(()) => self.with_present_factor(factor),
@@ -237,7 +239,10 @@ impl Solve<'_, '_> {
             Ok((info, true)) if info.iterations < most || most == params.iterations || info.is_late => {
                 Outcome::End(info)
             }
-            Ok((info, _)) => Outcome::Next(info.iterations),
+            Ok((info, _)) => {
+                scratch.residual.copy_from_slice(&scratch.direction);
+                Outcome::Next(info.iterations)
+            }
             // Single precision may have overflown: double precision tells.
             Err(_) => Outcome::Next(0),
         }
@@ -245,6 +250,7 @@ impl Solve<'_, '_> {
 
     /// Multigrid cycles in double precision, repeated with present numbers where those of an earlier operator do not suffice.
     fn with_cycles(&mut self, mixed: &mut MixedSolver) -> Result<Outcome, CgError> {
+        self.scratch.rhs_backup.clone_from(&self.scratch.residual);
         mixed.begin_cycles(self.operator, &self.scratch.free);
         let (limit, mut done) = (self.params.iterations, 0);
         loop {
@@ -258,10 +264,10 @@ impl Solve<'_, '_> {
             if info.is_solved || info.is_late || done >= limit {
                 return Ok(Outcome::End(CgInfo { iterations: done, ..info }));
             }
+            self.scratch.residual.copy_from_slice(&self.scratch.rhs_backup);
             if most.is_none() {
                 return Ok(Outcome::Next(done));
             }
-            self.scratch.residual.copy_from_slice(&self.scratch.rhs_backup);
         }
     }
 }

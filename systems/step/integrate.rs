@@ -102,7 +102,7 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
         (Prescription<'a>, Option<&'a Planar>, Option<&'a mut TearDecisions>),
     );
     for ((vertices, increment, result, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
-        // The others keep the result of their last solve, and what was decided on their tears has been carried out.
+        // The others keep the result of their last solve; the decisions on their tears have been carried out.
         let may_advance = decisions.as_ref().is_some_and(|decisions| decisions.may_advance_further);
         if result.is_in_step && !may_advance {
             decisions.into_iter().for_each(TearDecisions::forget);

@@ -3,10 +3,10 @@
 //! The stiffness of a body that has turned since it was factored is about that of before, turned. With the rotation R of every
 //! vertex since then, R·M⁻¹·Rᵀ preconditions as M⁻¹ did (stiffness warping, Müller et al. 2002). It stays symmetric and positive.
 
-use super::Operator;
 use crate::components::FreeAxes;
 use crate::math::Polar;
 use crate::systems::parallel;
+use crate::systems::solver::Operator;
 use glam::{DMat3, DVec3};
 
 /// Turns that all are smaller than this change no iteration: how far the ends of axes have moved.

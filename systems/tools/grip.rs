@@ -1,9 +1,6 @@
 //! Forceps: take hold, pull, let go. Jaws that draw by springs act here; those that prescribe act where the step marks its axes.
 
-mod pinch_selection;
-
-pub use pinch_selection::PinchSelection;
-
+use super::PinchSelection;
 use crate::components::{
     ExternalStiffness, Forceps, Forces, Grip, Grips, Motion, NearTip, Pinch, Pose, Slip, SolveResult, TearLog,
 };

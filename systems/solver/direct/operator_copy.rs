@@ -1,10 +1,9 @@
 //! The operator as the blocks of its matrix, of which a factor is made.
 
-use super::Operator;
-use super::load_stiffness::load_block;
 use crate::components::FreeAxes;
 use crate::systems::bending::Dihedral;
 use crate::systems::parallel;
+use crate::systems::solver::{Operator, load_block};
 use glam::{DMat3, DVec3};
 
 /// The operator at one state.

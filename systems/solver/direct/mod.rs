@@ -3,17 +3,22 @@
 //! A factor is as good as the body is near the state it was made at. It is turned with the tissue, and renewed in the solve in which
 //! it no longer serves, or after an edit of the mesh.
 
+mod cholesky;
+mod dissect;
+mod operator_copy;
+mod panels;
+mod pattern;
+mod rotation_warp;
 mod state;
 
-use super::Operator;
-use super::cholesky::Cholesky;
-pub(super) use super::cholesky::NoFactor;
-use super::operator_copy::OperatorCopy;
-use super::rotation_warp::RotationWarp;
-use super::scale_to_single;
+use super::{Operator, scale_to_single};
 use crate::components::FreeAxes;
 use crate::systems::parallel;
+use cholesky::Cholesky;
+pub(super) use cholesky::NoFactor;
 use glam::DVec3;
+use operator_copy::OperatorCopy;
+use rotation_warp::RotationWarp;
 pub use state::FactorState;
 
 /// Solves that begin with a factor after one that has come to nothing without; then solves are as before. Tissue that was crushed has

@@ -1,7 +1,7 @@
 //! Data to remake a factor from, to the same bits: the matrix that it was made of is several times as small.
 
-use super::super::cholesky::{Cholesky, Equations, NoFactor};
-use super::super::rotation_warp::RotationWarp;
+use super::cholesky::{Cholesky, Equations, NoFactor};
+use super::rotation_warp::RotationWarp;
 use super::{Factor, InUse};
 
 /// Snapshot state of a factor.
