@@ -55,9 +55,10 @@
 //! - `direct`: a sparse Cholesky factor for static solves, several times as fast, and for dynamic solves that come to nothing without; it adds
 //!   a minute of compile time. Without it small static solves use block Jacobi.
 //!
-//! Every set of features builds; builds with and without `direct` read each other's snapshots. Scene files (TOML), the catalog of scenes
-//! and readers for OBJ, Gmsh, VTK, PLY and STL are the crate `rhexis-scene`; the program `rhexis`, pictures and ParaView files the
-//! crate `rhexis-cli`. A mesh is a [`TriangleMesh`](storage::TriangleMesh) of your own positions and triangles, or one of [`generate`].
+//! Every set of features builds; builds with and without `direct` read each other's snapshots. Scene files (TOML), the catalog of scenes,
+//! readers for OBJ, Gmsh, VTK, PLY and STL, and clinical measures of a tear are the crate `rhexis-scene`; the program `rhexis`, pictures
+//! and ParaView files the crate `rhexis-cli`. A mesh is a [`TriangleMesh`](storage::TriangleMesh) of your own positions and triangles, or
+//! one of [`generate`].
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unreachable, clippy::unwrap_used))]

@@ -19,7 +19,7 @@ const HOW: &str = "If the change is meant, write the file anew and say in the ch
 const MAX_ITEMS: usize = 1500;
 
 /// Maximum public items that nothing outside of the engine names and no example shows: a budget that only falls.
-const MAX_UNUSED: usize = 11;
+const MAX_UNUSED: usize = 9;
 
 /// Folders and files whose words count as a use of the interface.
 const USERS: [&str; 7] = ["crates", "bindings", "examples", "benches", "tests", "docs", "README.md"];

@@ -18,7 +18,6 @@ mod replay;
 mod rollback;
 mod sleep;
 mod undone;
-mod whole_tear;
 
 #[path = "../common/mod.rs"]
 mod common;

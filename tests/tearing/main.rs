@@ -1,6 +1,5 @@
 //! Tears: what decides on them, how they go, what they leave; the edits of the mesh beneath them, refinement around them.
 
-mod account;
 mod attributes;
 mod criterion;
 mod edits;

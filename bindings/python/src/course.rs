@@ -7,8 +7,8 @@ use crate::world::World;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use pythonize::pythonize;
-use rhexis::report::TearCourse;
 use rhexis_scene::course::CourseReport;
+use rhexis_scene::measures::TearCourse;
 
 #[pymethods]
 impl World {

@@ -5,8 +5,8 @@ use crate::world::{Run, World};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rhexis::replay::Recording as EngineRecording;
-use rhexis::report::TearCourse;
 use rhexis::snapshot::Snapshot as EngineSnapshot;
+use rhexis_scene::measures::TearCourse;
 use std::path::PathBuf;
 
 /// State of a world at one moment.

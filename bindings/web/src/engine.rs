@@ -4,9 +4,9 @@ use crate::hand::Hand;
 use crate::mesh_scene;
 use rhexis::components::Tearing;
 use rhexis::event::Event;
-use rhexis::report::TearCourse;
 use rhexis::snapshot::Snapshot;
 use rhexis::storage::BodyId;
+use rhexis_scene::measures::TearCourse;
 use rhexis_scene::schema::{GripSpec, SceneFile};
 use rhexis_scene::{Document, Instance, Scene};
 

@@ -7,8 +7,8 @@ mod plan;
 
 use rhexis::event::Event;
 use rhexis::replay::Recording;
-use rhexis::report::{Outcome, TearCourse};
 use rhexis::simulation::Simulation;
+use rhexis_scene::measures::{Outcome, TearCourse};
 use rhexis_web::engine::Engine;
 use std::fmt::Write;
 use std::path::Path;

@@ -1,10 +1,10 @@
 //! The energy account of tears in the report, the summary and `events.jsonl`.
 
-use rhexis::report::{AccountFigures, TearSpan};
+use rhexis_scene::measures::{AccountFigures, TearSpan};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// Figures as [`TearAccount`](rhexis::report::TearAccount) defines them.
+/// Figures as [`TearAccount`](rhexis_scene::measures::TearAccount) defines them.
 #[derive(Serialize)]
 pub(super) struct AccountReport {
     /// Torn by the criterion, without cuts.

@@ -17,7 +17,7 @@ use super::{RunArgs, Stop, document, dump, outputs, say::complain, say::say};
 use rhexis::components::{Grips, Tearing};
 use rhexis::event::EventKind;
 use rhexis::frame::Frame;
-use rhexis::report::{TearAccount, TearCourse};
+use rhexis_scene::measures::{TearAccount, TearCourse};
 use rhexis_scene::schema::Mode;
 use rhexis_scene::{Instance, Scene};
 use std::path::{Path, PathBuf};

@@ -1,9 +1,9 @@
 //! The course of a tear drawn by forceps, with the keys that it has in `report.json`, on the page and in Python.
 
-use rhexis::report::{GraspFigures, Outcome, TearCourse};
+use crate::measures::{GraspFigures, Outcome, TearCourse};
 use serde::Serialize;
 
-/// The course of a tear about an axis; figures as [`CourseFigures`](rhexis::report::CourseFigures) defines them.
+/// The course of a tear about an axis; figures as [`CourseFigures`](crate::measures::CourseFigures) defines them.
 #[derive(Clone, Debug, Serialize)]
 pub struct CourseReport {
     /// `"closed"`, `"ran_out"`, `"torn_off"` or `"unfinished"`.

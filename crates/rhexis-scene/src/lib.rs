@@ -1,5 +1,6 @@
 //! [rhexis]: rhexis
 //! [schema]: schema
+//! [measures]: measures
 #![doc = include_str!("../README.md")]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unreachable, clippy::unwrap_used))]
@@ -19,6 +20,7 @@ pub mod generate;
 mod grasp;
 mod held;
 mod instance;
+pub mod measures;
 pub mod mesh_file;
 mod mesh_on_file;
 mod obstacle;

@@ -5,9 +5,9 @@
 use glam::DVec3;
 use rhexis::components::{Bending, EnergyCriterion, Grips, PreStretch, Refined, TearDecisions, TearLog, Tearing};
 use rhexis::event::{Event, EventKind};
-use rhexis::report::{CourseFigures, Outcome, TearCourse};
 use rhexis::storage::{Tips, Topology, Triangles, Vertices, measure, validate};
 use rhexis::systems::fracture::{EnergyTerms, Surface, TipMemory, energy_decision};
+use rhexis_scene::measures::{CourseFigures, Outcome, TearCourse};
 use rhexis_scene::{Document, Instance};
 use std::f64::consts::TAU;
 

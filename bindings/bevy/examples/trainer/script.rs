@@ -6,8 +6,8 @@ use crate::screen;
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, save_to_disk};
 use bevy::time::TimeReceiver;
-use bevy_rhexis::rhexis::report::Outcome;
 use bevy_rhexis::{RhexisGizmos, RhexisWorld};
+use rhexis_scene::measures::Outcome;
 use std::path::PathBuf;
 
 /// Frames from the tear's end to the last picture, and to the end.

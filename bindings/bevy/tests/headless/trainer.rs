@@ -18,12 +18,12 @@ use bevy::time::{TimePlugin, TimeUpdateStrategy};
 use bevy_rhexis::rhexis::event::Event;
 use bevy_rhexis::rhexis::prelude::{Settings, Simulation};
 use bevy_rhexis::rhexis::replay::Recording;
-use bevy_rhexis::rhexis::report::{Outcome, TearCourse};
 use bevy_rhexis::*;
 use play::closing::{Closing, Phase};
 use play::course::Course;
 use play::hand::Hand;
 use play::{Capsule, Said};
+use rhexis_scene::measures::{Outcome, TearCourse};
 use std::time::Duration;
 
 /// The trainer, a step in each frame.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use rhexis::frame::BodyFrame;
-use rhexis::report::Axis;
+use rhexis_scene::measures::Axis;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 

@@ -4,6 +4,7 @@ mod determinism;
 mod examples;
 mod hands;
 mod snapshot;
+mod whole_tear;
 
 #[path = "../../../../tests/common/mod.rs"]
 mod common;

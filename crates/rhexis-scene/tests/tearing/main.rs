@@ -1,5 +1,6 @@
 //! Tears in scenes and in meshes of polygons: how they go, what they leave, cuts, what decides on them, refinement around them.
 
+mod account;
 mod cuts;
 mod energy_criterion;
 mod fracture;

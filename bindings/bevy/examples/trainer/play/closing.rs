@@ -6,7 +6,7 @@ use super::course::Course;
 use super::hand::{Hand, met};
 use bevy::prelude::*;
 use bevy_rhexis::RhexisWorld;
-use bevy_rhexis::rhexis::report::Outcome;
+use rhexis_scene::measures::Outcome;
 
 /// Frames: the pause between grasps, the lift, the arc.
 const PAUSE: u32 = 20;

@@ -3,10 +3,10 @@
 use bevy::prelude::*;
 use bevy_rhexis::rhexis::components::TearLog;
 use bevy_rhexis::rhexis::event::Event;
-use bevy_rhexis::rhexis::report::{Outcome, TearCourse};
 use bevy_rhexis::rhexis::snapshot::Snapshot;
 use bevy_rhexis::rhexis::storage::BodyId;
 use bevy_rhexis::{RhexisWorld, TissueEvent};
+use rhexis_scene::measures::{Outcome, TearCourse};
 
 /// The course of the tear; none for a body without a rim.
 #[derive(Resource)]

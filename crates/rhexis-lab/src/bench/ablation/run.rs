@@ -9,13 +9,14 @@ use super::game::Game;
 use super::rows::Row;
 use rhexis::components::{Grips, Reactions};
 use rhexis::event::{Event, EventKind};
-use rhexis::report::{Report, TearCourse};
+use rhexis::report::Report;
 use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::snapshot::Snapshot;
 use rhexis::storage::BodyId;
 use rhexis::storage::TipKey;
 use rhexis_scene::Instance;
+use rhexis_scene::measures::TearCourse;
 
 /// Relative residual of the reference's solves.
 const TIGHT: f64 = 1e-9;

@@ -14,11 +14,11 @@
 //! Over the whole time between the first and the last advance, work per torn area is the cost to the hand. Where the tear is steady, it
 //! is to be compared with the toughness. Elsewhere it is the released energy per torn area, less the energy that the load goes on storing.
 
-use crate::components::{EnergyBalance, Grips, TearLog};
-use crate::event::{Event, EventKind};
-use crate::storage::BodyId;
 use glam::DVec3;
 use hecs::World;
+use rhexis::components::{EnergyBalance, Grips, TearLog};
+use rhexis::event::{Event, EventKind};
+use rhexis::storage::BodyId;
 
 /// How much later than they were due tips have advanced: G/G_c − 1.
 #[derive(Clone, Copy, Debug, PartialEq)]

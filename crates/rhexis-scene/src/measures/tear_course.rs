@@ -13,11 +13,11 @@
 //! flap's inner end. Where it tears on, it is the flap that tears off, and no circle that is left.
 
 use super::opening::{Axis, Opening, area_within, boundary_loops};
-use crate::components::{Grips, Pinch};
-use crate::event::{Event, EventKind};
-use crate::storage::{BodyId, TipKey, Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
 use hecs::World;
+use rhexis::components::{Grips, Pinch};
+use rhexis::event::{Event, EventKind};
+use rhexis::storage::{BodyId, TipKey, Tips, Topology, Triangles, Vertices};
 use std::f64::consts::{PI, TAU};
 
 /// A tear ends on the rim where it is nearer to it than this part of the rim's mean radius.
@@ -233,7 +233,7 @@ impl TearCourse {
         let mut query = world.query_one::<(&Vertices, &Triangles, &Topology)>(self.body.entity());
         let Ok((vertices, triangles, topology)) = query.get() else { return };
         // It lies around the axis where its centroid is nearer to that than its own radius.
-        let openings = Opening::with_outlines(vertices, triangles, topology, &self.axis);
+        let openings = Opening::of_body(vertices, triangles, topology, &self.axis);
         if let Some((opening, outline)) = openings.into_iter().find(|(o, _)| o.decentration < 0.5 * o.diameter) {
             self.figures.opening = Some(opening);
             let present: Vec<DVec3> = outline.iter().map(|&v| vertices.position[v as usize]).collect();

@@ -1,15 +1,8 @@
 //! Report of a step: results and cost.
 
-mod opening;
-mod tear_account;
-mod tear_course;
-
 pub use crate::components::{Fault, GuardFigures};
 #[doc(hidden)]
 pub use crate::event::{GuardCause, GuardPlace};
-pub use opening::{Axis, Opening, boundary_loops};
-pub use tear_account::{AccountFigures, Overshoot, TearAccount, TearSpan};
-pub use tear_course::{CourseFigures, GraspFigures, Outcome, TearCourse};
 
 use crate::storage::BodyId;
 use std::time::Duration;

@@ -11,9 +11,9 @@
 //!
 //! The axis goes through the centroid of the body's outer rim, along the rim's mean normal: for a lens capsule its pole.
 
-use crate::math::elementary;
-use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
+use rhexis::math::elementary;
+use rhexis::storage::{Topology, Triangles, Vertices};
 use std::f64::consts::PI;
 
 /// A loop of smaller area than this part of its squared length is the two lips of a slit.
@@ -76,13 +76,9 @@ impl Opening {
         })
     }
 
-    /// The openings of a body, the largest first: the loops of its boundary that are no piece's outer rim and no slit.
-    pub fn of_body(vertices: &Vertices, triangles: &Triangles, topology: &Topology, axis: &Axis) -> Vec<Self> {
-        Self::with_outlines(vertices, triangles, topology, axis).into_iter().map(|(opening, _)| opening).collect()
-    }
-
-    /// Openings of a body, each with the rows of its outline.
-    pub(super) fn with_outlines(
+    /// Openings of a body, the largest first, each with the rows of its outline: loops of its boundary that are no piece's outer rim
+    /// and no slit.
+    pub(super) fn of_body(
         vertices: &Vertices,
         triangles: &Triangles,
         topology: &Topology,
@@ -111,7 +107,7 @@ impl Opening {
 }
 
 /// The closed loops of a body's boundary, each with the surface to its left, in the order of their lowest rows.
-pub fn boundary_loops(triangles: &Triangles, topology: &Topology) -> Vec<Vec<u32>> {
+pub(super) fn boundary_loops(triangles: &Triangles, topology: &Topology) -> Vec<Vec<u32>> {
     let mut is_seen = vec![false; topology.incident.len()];
     let mut loops = Vec::new();
     for first in 0..is_seen.len() as u32 {

@@ -4,10 +4,10 @@ use crate::common::{DT, SIDE, Square};
 use glam::DVec3;
 use rhexis::components::{EnergyAudit, EnergyCriterion, Grip, Grips, Jaws, Path, TearLog, Toughness};
 use rhexis::event::{Event, EventKind, TearCost};
-use rhexis::report::{TearAccount, TearSpan};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::BodyId;
+use rhexis_scene::measures::{TearAccount, TearSpan};
 
 /// A square while it is torn, and what its account has told.
 struct Torn {

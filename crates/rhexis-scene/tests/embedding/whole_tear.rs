@@ -13,18 +13,18 @@ use rhexis::generate;
 use rhexis::math::{Sym2, elementary};
 use rhexis::membrane::Membrane;
 use rhexis::replay::Recording;
-use rhexis::report::{Outcome, TearCourse};
 use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::Attached;
 use rhexis::storage::BodyId;
+use rhexis_scene::measures::{Outcome, TearCourse};
 use std::path::{Path, PathBuf};
 
 /// With this in the environment, the hand tears again, and both files are written.
 const UPDATE: &str = "RHEXIS_UPDATE_GOLDEN";
 
 const HOW: &str = "If the change of the numbers is meant, record the tear anew and say in the commit why they change:
-    RHEXIS_UPDATE_GOLDEN=1 cargo test --release -p rhexis --test embedding whole_tear
+    RHEXIS_UPDATE_GOLDEN=1 cargo test --release -p rhexis-scene --test embedding whole_tear
 If it is not meant, it is a bug: bisect it.";
 
 /// Time step \[ms\].
@@ -174,7 +174,7 @@ fn on_file() -> Recording {
     /// Place in the head, and bit there, of the mark of builds with factors.
     const MARK: (usize, u8) = (10, 1);
     let mut bytes = std::fs::read(data("closed.rec")).unwrap();
-    let own = if cfg!(feature = "direct") { MARK.1 } else { 0 };
+    let own = if rhexis::internal::HAS_FACTORS { MARK.1 } else { 0 };
     bytes[MARK.0] = bytes[MARK.0] & !MARK.1 | own;
     Recording::from_bytes(&bytes).unwrap_or_else(|error| panic!("{error}\n{HOW}"))
 }
