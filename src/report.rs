@@ -7,7 +7,16 @@ pub use crate::event::{GuardCause, GuardPlace};
 use crate::storage::BodyId;
 use std::time::Duration;
 
-/// One system of the step.
+/// Run of one system of the step.
+///
+/// ```
+/// # let (mut simulation, body) = rhexis::internal::example()?;
+/// use rhexis::report::SystemReport;
+/// let report = simulation.step(5.0)?;
+/// let slowest: Option<&SystemReport> = report.systems.iter().max_by_key(|system| system.time);
+/// assert!(slowest.is_some_and(|system| system.bodies == 1));
+/// # Ok::<(), rhexis::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SystemReport {
     /// The system's name.

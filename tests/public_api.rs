@@ -18,8 +18,8 @@ const HOW: &str = "If the change is meant, write the file anew and say in the ch
 /// `grep -vc '^rhexis::prelude' tests/public_api.txt`.
 const MAX_ITEMS: usize = 1500;
 
-/// Maximum public items that nothing outside of the engine names and no example shows: a budget that only falls.
-const MAX_UNUSED: usize = 9;
+/// Maximum public items that nothing outside of the engine names and no example shows.
+const MAX_UNUSED: usize = 0;
 
 /// Folders and files whose words count as a use of the interface.
 const USERS: [&str; 7] = ["crates", "bindings", "examples", "benches", "tests", "docs", "README.md"];

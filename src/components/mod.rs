@@ -78,7 +78,7 @@ pub use state::increment::Reactions;
 pub(crate) use state::increment::fraction_of;
 #[doc(hidden)]
 pub use state::increment::{Increment, Tautness};
-pub use state::ligament_failure::LigamentFailure;
+pub(crate) use state::ligament_failure::LigamentFailure;
 #[doc(hidden)]
 pub use state::obstacle_motion::{FrictionState, ObstacleMotion};
 #[doc(hidden)]

@@ -48,7 +48,6 @@ pub use material_force::TipForce;
 pub use motion::MotionError;
 pub use obstacles::Solid;
 pub use pin::{Pin, PinError};
-pub use probe::TipAnswer;
 pub use query::Hit;
 pub use set::SetError;
 pub use tear::{Cut, CutError};

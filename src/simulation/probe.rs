@@ -7,17 +7,16 @@ use crate::systems::forces::assembly::membrane_forces;
 use crate::systems::fracture::{EnergyTerms, Surface, SurfaceQuery, TipMemory, energy_decision, tip_decision};
 use glam::DVec3;
 
-/// A tip: the row of its vertex, the unit direction of its last advance, if it had one, and the criterion's answer; none where no
-/// direction is admissible.
-pub type TipAnswer = (u32, Option<DVec3>, Option<TearDecision>);
-
 impl Simulation {
-    /// The criterion's answer at every tip, in the order of the tips' rows, for the body as it stands. Empty for one that
-    /// cannot tear.
+    /// Criterion at every tip of the body as it stands, in the order of the tips' rows; empty for one that cannot tear. Of a tip the row of its
+    /// vertex, the unit direction of its last advance, and the decision where a direction is admissible.
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn tip_decisions(&self, body: BodyId) -> Result<Vec<TipAnswer>, SimulationError> {
+    pub fn tip_decisions(
+        &self,
+        body: BodyId,
+    ) -> Result<Vec<(u32, Option<DVec3>, Option<TearDecision>)>, SimulationError> {
         type Query<'a> = (SurfaceQuery<'a>, Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>);
         let mut query = self.world.query_one::<Query>(body.entity());
         let (surface, tearing, energy) = query.get().map_err(|_| SimulationError::NoSuchBody)?;

@@ -157,19 +157,8 @@ impl Recording {
     /// # Errors
     /// Where it does not begin, or does not end as the recording did.
     pub fn replay(&self) -> Result<Simulation, ReplayError> {
-        self.replay_with(|_, _| {})
-    }
-
-    /// Repeats all of it and shows the simulation after every input.
-    ///
-    /// # Errors
-    /// As [`replay`](Self::replay).
-    pub fn replay_with(&self, mut look: impl FnMut(&Input, &Simulation)) -> Result<Simulation, ReplayError> {
         let mut simulation = Simulation::from_snapshot(self.start())?;
-        for input in self.inputs() {
-            simulation.repeat(input);
-            look(input, &simulation);
-        }
+        self.inputs().iter().for_each(|input| simulation.repeat(input));
         let (expected, found) = (self.end(), simulation.hash());
         if found == expected { Ok(simulation) } else { Err(ReplayError::Diverged { expected, found }) }
     }

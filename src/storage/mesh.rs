@@ -97,6 +97,15 @@ impl TriangleMesh {
 
     /// Removes the vertices that no triangle uses; the others keep their order. Corners out of range are left for
     /// [`check`](Self::check) to report.
+    ///
+    /// ```
+    /// use rhexis::{glam::DVec3, storage::TriangleMesh};
+    /// let positions = vec![DVec3::NEG_X, DVec3::ZERO, DVec3::X, DVec3::Y];
+    /// let mesh = TriangleMesh { positions, triangles: vec![[1, 2, 3]], fibres: None };
+    /// assert!(mesh.check().is_err());
+    /// let mesh = mesh.without_unused_vertices();
+    /// assert_eq!((mesh.check(), mesh.positions.len()), (Ok(()), 3));
+    /// ```
     pub fn without_unused_vertices(mut self) -> Self {
         let mut row = vec![NONE; self.positions.len()];
         for &corner in self.triangles.iter().flatten() {

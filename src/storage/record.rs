@@ -4,7 +4,28 @@ use super::{Edit, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Ver
 use smallvec::SmallVec;
 use std::ops::{Add, Mul};
 
-/// Where a new vertex comes from: up to three older vertices and their weights, which sum to one.
+/// Origin of a new vertex: up to three older vertices and their weights, which sum to one.
+///
+/// ```
+/// # let (mut simulation, body) = rhexis::internal::example()?;
+/// use rhexis::{components::Change, glam::DVec3, storage::Parents};
+/// # let mut changes = rhexis::components::ChangeSet::default();
+/// # simulation.drain_changes(body, &mut changes)?;
+/// let mut colours = vec![1.0; changes.vertex_count as usize];
+/// let colour = |of: &[f64], parents: &Parents| parents.blend(|row| of[row as usize]);
+/// simulation.cut(body, &[DVec3::new(0.0, 5.0, 0.0), DVec3::new(4.0, 5.0, 0.0)])?;
+/// simulation.drain_changes(body, &mut changes)?;
+/// for change in &changes.list {
+///     match change {
+///         Change::VertexAdded { parents, .. } => colours.push(colour(&colours, parents)),
+///         Change::VertexMoved { row, parents } => colours[*row as usize] = colour(&colours, parents),
+///         Change::VertexRemoved { row } => _ = colours.swap_remove(*row as usize),
+///         _ => {}
+///     }
+/// }
+/// assert!(colours.len() == changes.vertex_count as usize && colours.iter().all(|c| (c - 1.0).abs() < 1e-12));
+/// # Ok::<(), rhexis::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parents {
     rows: [u32; 3],

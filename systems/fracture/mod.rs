@@ -23,7 +23,7 @@ pub use criterion::tip_decision::{decision, strength, tip_decision, vertex_decis
 pub use criterion::tip_disc::{Disc, Walk};
 pub use criterion::tip_memory::TipMemory;
 pub use criterion::tip_stress::{DiscAverage, Surface, SurfaceQuery, disc_average};
-pub use criterion::ultimate_stretch::beyond_stretch;
+pub(crate) use criterion::ultimate_stretch::beyond_stretch;
 pub use cut::blade::CutOutcome;
 pub use cut::edge::{EdgeAdvance, EdgePlan, plan_edge};
 pub use cut::free::{Way, Ways, plan_free};

@@ -49,7 +49,13 @@ struct Bounds {
     upper: u32,
 }
 
-/// Why a mesh bounds no solid.
+/// Defect by which a mesh bounds no solid.
+///
+/// ```
+/// use rhexis::{components::{Hull, HullError}, glam::DVec3};
+/// let refused = Hull::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
+/// assert_eq!(refused, Err(HullError::Open(3)));
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum HullError {

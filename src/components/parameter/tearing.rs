@@ -81,7 +81,15 @@ pub struct Toughness {
     pub across: f64,
 }
 
-/// Why a toughness is refused.
+/// Toughness that is not positive and finite.
+///
+/// ```
+/// use rhexis::components::{InadmissibleToughness, Material, Tearing, Toughness};
+/// let law = Material::allard_2009().stiffness()?;
+/// let refused = Tearing::from_toughness(Toughness { along: 0.0, across: 0.5 }, &law, 0.5);
+/// assert_eq!(refused, Err(InadmissibleToughness { direction: "along", value: 0.0 }));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("toughness {direction} the fibres is {value:?} N/mm: it must be positive and finite")]
 pub struct InadmissibleToughness {

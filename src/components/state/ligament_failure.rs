@@ -6,7 +6,7 @@ use glam::DVec3;
 /// A place where tissue is to part without a tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct LigamentFailure {
+pub(crate) struct LigamentFailure {
     /// Rim vertex of a ligament, triangle stretched too far, or vertex of the tip that goes on into one.
     pub site: TearSite,
     /// Unit fibre direction there, in the rest shape.

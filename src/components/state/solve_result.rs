@@ -26,7 +26,7 @@ pub struct SolveResult {
     /// Whether the body takes part in the phase at hand.
     pub(crate) is_active: bool,
     /// Whether Newton's iteration has reached its tolerance; of a linearly implicit step, whether the solve has an answer.
-    pub has_converged: bool,
+    pub(crate) has_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
     pub fell_back: bool,
     /// The tangent that the last linear solve used.

@@ -65,7 +65,7 @@ pub struct TearDecisions {
     /// Site that nucleates a tear, with its decision; `None` where no criterion is met.
     pub nucleation: Option<(TearSite, TearDecision)>,
     /// Failure of a ligament, or of tissue beyond its ultimate stretch.
-    pub ligament_failure: Option<Box<LigamentFailure>>,
+    pub(crate) ligament_failure: Option<Box<LigamentFailure>>,
     /// Length torn or cut \[mm\] when the mesh last refused to part a ligament; none is looked for until it has grown.
     pub ligament_refused_at: f64,
     /// Where the last ligament failure was refused, if it was.

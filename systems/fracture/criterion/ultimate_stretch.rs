@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 /// The triangle stretched farthest beyond the ultimate stretch, of those without a held vertex; the lowest row of equal ones. Where one
 /// is at a vertex of a tip, that tip goes on, or openings would stand side by side and nothing would part.
-pub fn beyond_stretch(
+pub(crate) fn beyond_stretch(
     surface: &Surface,
     ultimate: f64,
     tips: &[u32],

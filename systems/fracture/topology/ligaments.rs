@@ -118,7 +118,7 @@ impl Ligaments {
     /// The ligament with the largest criterion above 1, of those whose middle \[mm, rest shape\] may part: every triangle on
     /// the way across it exceeds it. The tension at a rim follows the rim, so that its own direction says little about the way
     /// across.
-    pub fn weakest(
+    pub(crate) fn weakest(
         &self,
         surface: &Surface,
         strength: &Strength,
