@@ -15,7 +15,7 @@ impl Solved<'_> {
             [u, start[v] + (displacement[v] + u)]
         };
         let is_exact = self.operator.tangent == Tangent::Exact;
-        let Sums { partials, passes } = sums;
+        let Sums { partials, passes, .. } = sums;
         let corners = &self.operator.triangles.corners;
         folds.spurious_energy(corners, (start.len(), motion), before, is_exact, (partials, passes))
     }

@@ -211,8 +211,9 @@ mod tests {
                 solved.is_counted = is_counted;
                 let [with, without] = [2e-3, 0.0].map(|drag| {
                     solved.drag = drag;
-                    let passes = &mut BendingPasses::default();
-                    solved.spurious_energy(1.0, &mut Sums { partials: &mut Vec::new(), passes })
+                    let (partials, passes) = (&mut Vec::new(), &mut BendingPasses::default());
+                    let (corner, [pull, product]) = (&mut Vec::new(), &mut [Vec::new(), Vec::new()]);
+                    solved.spurious_energy(1.0, &mut Sums { partials, passes, corner, pull, product })
                 });
                 // Rounding of the spurious energy, some hundred times the dissipation by drag.
                 assert!((without - with - 2e-3 * way).abs() < 1e-12 * without.abs(), "{without} {with} {way}");

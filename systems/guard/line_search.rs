@@ -32,28 +32,27 @@ pub(super) struct Fraction {
 }
 
 impl Solved<'_> {
-    /// −∇Φ along free axes \[N\] where the solve starts, of which the way is the answer. `full` is its operator, with loads and all.
-    pub(super) fn pull(&self, full: &Operator, sums: &mut Sums<'_>) -> Vec<DVec3> {
-        let mut pull = vec![DVec3::ZERO; self.delta.len()];
-        let mut corner = Vec::new();
-        let mut memory = ProductMemory { corner: &mut corner, passes: &mut *sums.passes };
-        full.apply(self.delta, self.free, &mut memory, &mut pull, sums.partials);
-        parallel::for_rows(&mut pull, |v, pull| *pull = (*pull + self.residual[v]) * self.free[v]);
-        pull
+    /// Leaves −∇Φ along free axes \[N\] in `sums.pull`, where the solve starts of which the way is the answer. `full` is its operator, with
+    /// loads and all.
+    pub(super) fn find_pull(&self, full: &Operator, sums: &mut Sums<'_>) {
+        let Sums { partials, passes, corner, pull, .. } = sums;
+        pull.resize(self.delta.len(), DVec3::ZERO);
+        full.apply(self.delta, self.free, &mut ProductMemory { corner, passes }, pull, partials);
+        parallel::for_rows(pull, |v, pull| *pull = (*pull + self.residual[v]) * self.free[v]);
     }
 
-    /// The largest of 1, ½, … 1/64 of the way that lowers the incremental potential, whose slope is that of a [`pull`](Self::pull); the last is
-    /// taken in any case.
-    pub(super) fn fraction(&self, pull: &[DVec3], full: &Operator, sums: &mut Sums<'_>) -> Fraction {
+    /// The largest of 1, ½, … 1/64 of the way that lowers the incremental potential, whose slope is that of [`find_pull`](Self::find_pull); the
+    /// last is taken in any case.
+    pub(super) fn fraction(&self, full: &Operator, sums: &mut Sums<'_>) -> Fraction {
         let without_masses = Operator { external: None, inertia: 0.0, ..*full };
         let undamped = Operator { viscosity: 0.0, ..without_masses };
-        let (mut corner, mut product) = (Vec::new(), vec![DVec3::ZERO; self.delta.len()]);
+        let Sums { partials, passes, corner, pull, product } = &mut *sums;
+        product.resize(self.delta.len(), DVec3::ZERO);
         let mut form = |operator: &Operator| {
-            let mut memory = ProductMemory { corner: &mut corner, passes: &mut *sums.passes };
-            operator.apply(self.delta, self.free, &mut memory, &mut product, sums.partials)
+            operator.apply(self.delta, self.free, &mut ProductMemory { corner, passes }, product, partials)
         };
         let (whole, damped, elastic) = (form(full), form(&without_masses), form(&undamped));
-        let slope = parallel::sum(pull.len(), sums.partials, |v| pull[v].dot(self.delta[v]));
+        let slope = parallel::sum(pull.len(), partials, |v| pull[v].dot(self.delta[v]));
         let mut fraction = 1.0;
         loop {
             let strained = self.strained(fraction, sums);

@@ -8,9 +8,10 @@
 //! the solve has them, quadratic. All other vertices keep the solve's answer. The residual that the local relaxation leaves, its own and
 //! that of the vertices beside it, counts as work that no load has done.
 
-use super::solved::Solved;
+use super::solved::{Solved, Sums};
+use crate::components::LocalRelaxation;
 use crate::math::{ElementState, elementary};
-use crate::systems::bending::BendingPasses;
+use crate::storage::room;
 use crate::systems::kernels::membrane;
 use crate::systems::solver::Operator;
 use glam::{DMat3, DVec3};
@@ -47,19 +48,6 @@ const FEW_SWEEPS: u32 = 8;
 /// Fraction of the excess that suffices once the number of starting triangles is used up.
 const NEARLY: f64 = 0.9;
 
-/// Vertices of a body that are relaxed locally.
-#[derive(Clone, Debug, Default)]
-pub(super) struct LocalRelaxation {
-    /// Rows of the relaxed vertices, in ascending order.
-    rows: Vec<u32>,
-    /// Whether each vertex of the body is one of the relaxed ones.
-    is_in: Vec<bool>,
-    /// The way of every vertex of the body \[mm\].
-    pub way: Vec<DVec3>,
-    /// Deviation of every vertex's way from the solve's \[mm\].
-    off: Vec<DVec3>,
-}
-
 /// Size limits of a local relaxation.
 pub(super) struct Extent {
     /// Most triangles that are taken to begin with.
@@ -69,35 +57,47 @@ pub(super) struct Extent {
 }
 
 impl LocalRelaxation {
-    /// Local relaxation that brings the spurious energy `sum` \[mJ\] of an answer below the limit `most`, with the energy that `judge` finds.
-    /// `None` where the size limits are exceeded; a partial relaxation may stay above the energy limit.
-    pub(super) fn found(
+    /// Local relaxation that brings the spurious energy `sum` \[mJ\] of an answer below the limit `most`. Returns the energy that `judge`
+    /// finds; `None` where the size limits are exceeded. A partial relaxation may stay above the energy limit.
+    pub(super) fn find(
+        &mut self,
         solved: &Solved,
         full: &Operator,
         extent: &Extent,
         (mut sum, most): (f64, f64),
         mut judge: impl FnMut(&Self) -> f64,
-    ) -> Option<(Self, f64)> {
-        let count = solved.delta.len();
-        let mut relaxation = Self {
-            rows: Vec::new(),
-            is_in: vec![false; count],
-            way: solved.delta.to_vec(),
-            off: vec![DVec3::ZERO; count],
-        };
+    ) -> Option<f64> {
+        self.begin(solved);
         for round in 0..MOST_ENLARGEMENTS {
             let triangles = if round == 0 { extent.triangles } else { usize::MAX };
-            let is_enough = relaxation.grow(solved, sum - most, &Extent { triangles, ..*extent });
+            let is_enough = self.grow(solved, sum - most, &Extent { triangles, ..*extent });
             if !is_enough && !extent.is_partial {
                 return None;
             }
-            relaxation.descend(solved, full, if extent.is_partial { FEW_SWEEPS } else { SWEEPS });
-            sum = judge(&relaxation);
+            self.descend(solved, full, if extent.is_partial { FEW_SWEEPS } else { SWEEPS });
+            sum = judge(self);
             if sum <= most || !is_enough {
-                return Some((relaxation, sum));
+                return Some(sum);
             }
         }
-        extent.is_partial.then_some((relaxation, sum))
+        extent.is_partial.then_some(sum)
+    }
+
+    /// Begins with no vertex, and with the solve's answer.
+    fn begin(&mut self, solved: &Solved) {
+        let (vertices, triangles) = (solved.operator.vertices, solved.operator.triangles);
+        let (count, most) = (solved.delta.len(), vertices.position.capacity());
+        self.rows.clear();
+        room::grow(&mut self.rows, count, most);
+        self.is_in.clear();
+        room::grow(&mut self.is_in, count, most);
+        self.is_in.resize(count, false);
+        room::copy(&mut self.way, solved.delta, most);
+        self.off.clear();
+        room::grow(&mut self.off, count, most);
+        self.off.resize(count, DVec3::ZERO);
+        self.created.clear();
+        room::grow(&mut self.created, triangles.len(), triangles.corners.capacity());
     }
 
     /// The body with the way that the local relaxation has found.
@@ -114,15 +114,17 @@ impl LocalRelaxation {
     /// limits allow that.
     fn grow(&mut self, solved: &Solved, excess: f64, extent: &Extent) -> bool {
         let Operator { triangles, topology, .. } = solved.operator;
+        let mut created = std::mem::take(&mut self.created);
         let judged = self.judged(solved);
-        let created = (0..triangles.len()).map(|t| (judged.of_triangle(t, 1.0), t as u32));
-        let mut created: Vec<(f64, u32)> = created.filter(|(more, _)| !(*more <= 0.0)).collect();
+        let each = (0..triangles.len()).map(|t| (judged.of_triangle(t, 1.0), t as u32));
+        created.clear();
+        created.extend(each.filter(|(more, _)| !(*more <= 0.0)));
         created.sort_unstable_by(|(a, t), (b, u)| b.total_cmp(a).then(t.cmp(u)));
         let most = if extent.is_partial { WIDER * self.most() } else { self.most() };
         let before = self.rows.len();
         let mut is_enough = true;
         let mut sum = 0.0;
-        for (count, (more, t)) in created.into_iter().enumerate() {
+        for (count, &(more, t)) in created.iter().enumerate() {
             if sum >= if count < extent.triangles { excess } else { NEARLY * excess } {
                 break;
             }
@@ -132,10 +134,13 @@ impl LocalRelaxation {
             }
             sum += more;
         }
+        self.created = created;
         if is_enough && self.rows.len() == before {
-            let around = self.rows.iter().flat_map(|&v| topology.incident[v as usize].iter().map(|c| c / 3));
-            let around: Vec<u32> = around.flat_map(|t| triangles.corners[t as usize]).collect();
-            is_enough = self.take(&around, most);
+            for place in 0..before {
+                let around = topology.incident[self.rows[place] as usize].iter().map(|c| c / 3);
+                around.for_each(|t| self.add(&triangles.corners[t as usize]));
+            }
+            is_enough = self.keep(before, most);
         }
         self.rows.sort_unstable();
         is_enough
@@ -144,11 +149,20 @@ impl LocalRelaxation {
     /// Adds vertices unless there would be more than `most`; returns whether they were added.
     fn take(&mut self, vertices: &[u32], most: usize) -> bool {
         let before = self.rows.len();
+        self.add(vertices);
+        self.keep(before, most)
+    }
+
+    fn add(&mut self, vertices: &[u32]) {
         for v in vertices {
             if !std::mem::replace(&mut self.is_in[*v as usize], true) {
                 self.rows.push(*v);
             }
         }
+    }
+
+    /// Removes the vertices added after so many unless there are no more than `most`; returns whether they stay.
+    fn keep(&mut self, before: usize, most: usize) -> bool {
         let has_room = self.rows.len() <= most;
         if !has_room {
             self.rows.drain(before..).for_each(|v| self.is_in[v as usize] = false);
@@ -224,9 +238,10 @@ impl LocalRelaxation {
     }
 
     /// Work \[mJ\] of the residual that the local relaxation leaves, r − A·off, along the way: no load has done it.
-    pub(super) fn residual_work(&self, solved: &Solved, full: &Operator) -> f64 {
-        let mut product = vec![DVec3::ZERO; self.off.len()];
-        full.apply_sparse(&self.off, &mut product, &mut BendingPasses::default());
+    pub(super) fn residual_work(&self, solved: &Solved, full: &Operator, sums: &mut Sums<'_>) -> f64 {
+        let Sums { passes, product, .. } = sums;
+        product.resize(self.off.len(), DVec3::ZERO);
+        full.apply_sparse(&self.off, product, passes);
         let missed = product.iter().zip(solved.residual).map(|(product, residual)| *product - *residual);
         missed.zip(&self.way).enumerate().map(|(v, (force, way))| (solved.free[v] * force).dot(*way)).sum()
     }

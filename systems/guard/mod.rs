@@ -43,7 +43,7 @@ mod solved;
 mod verdict;
 
 use crate::components::{
-    Damping, Drag, FibreLaws, Frames, FreeAxes, Grips, GuardLedger, Increment, Planar, PreStretch, SolveResult,
+    Damping, Drag, FibreLaws, Forces, Frames, FreeAxes, Grips, GuardLedger, Increment, Planar, PreStretch, SolveResult,
     SolverScratch, Tautness, fibre_law,
 };
 use crate::math::Orthotropic;
@@ -87,7 +87,8 @@ const SUM_ROUNDING: f64 = 1e-12;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (&'a mut Increment, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, place::Holders<'a>),
+    (&'a mut Increment, Option<&'a DihedralAngles>, place::Holders<'a>),
+    (Option<&'a mut BendingPasses>, &'a mut Forces),
     (&'a SolveResult, &'a mut SolverScratch, &'a mut GuardLedger),
     (Option<&'a Damping>, Option<&'a Drag>),
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
@@ -119,7 +120,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     let count = parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, ..), _, (result, ..), ..)| result.rows_to_solve(triangles.len()),
+        |((_, triangles, ..), _, _, (result, ..), ..)| result.rows_to_solve(triangles.len()),
         |body| enforce_in(body, step),
     );
     // Reactions of bodies that took only a part of the answer.
@@ -131,7 +132,8 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
 fn enforce_in(
     (
         (vertices, triangles, topology, frames),
-        (increment, folds, passes, holders),
+        (increment, folds, holders),
+        (passes, Forces { corner, .. }),
         (result, scratch, ledger),
         (damping, drag),
         (pre_stretch, planar, fibres),
@@ -155,7 +157,18 @@ fn enforce_in(
         && scratch.guide_constraints.is_empty()
         && !may_spin(planar, &scratch.free, holders.0);
     let (twice_stored, work) = (scratch.twice_stored, scratch.residual_work);
-    let SolverScratch { free, residual, partials, pairs, to_correct, is_counted, .. } = &mut *scratch;
+    let SolverScratch {
+        free,
+        residual,
+        partials,
+        pairs,
+        to_correct,
+        is_counted,
+        direction: pull,
+        product,
+        relaxation,
+        ..
+    } = &mut *scratch;
     let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
     let solved = Solved {
         operator,
@@ -188,7 +201,7 @@ fn enforce_in(
         return;
     }
     let mut spare = BendingPasses::default();
-    let mut sums = Sums { partials, passes: passes.unwrap_or(&mut spare) };
+    let mut sums = Sums { partials, passes: passes.unwrap_or(&mut spare), corner, pull, product };
     let more = solved.spurious_energy(1.0, &mut sums);
     if bound.is_finite() {
         // Unchecked bounds enter the sum in the ratio of the present full sum to its own bound.
@@ -218,7 +231,7 @@ fn enforce_in(
         is_solved_further: may_correct,
         is_undone: step.has(Part::Undo),
     };
-    let (verdict, place) = judged.verdict(&may, &mut sums);
+    let (verdict, place) = judged.verdict(&may, relaxation, &mut sums);
     verdict.apply(place, limit, (increment, scratch, ledger));
 }
 

@@ -49,6 +49,12 @@ pub(super) struct Bounds {
 pub(super) struct Sums<'a> {
     pub(super) partials: &'a mut Vec<f64>,
     pub(super) passes: &'a mut BendingPasses,
+    /// Of the operator's products.
+    pub(super) corner: &'a mut Vec<[DVec3; 3]>,
+    /// −∇Φ along free axes \[N\] where a Newton correction starts.
+    pub(super) pull: &'a mut Vec<DVec3>,
+    /// Operator times a way \[N\].
+    pub(super) product: &'a mut Vec<DVec3>,
 }
 
 impl Solved<'_> {

@@ -1,9 +1,9 @@
 //! The verdict on a solve's answer: it is kept, taken in part, corrected by a further Newton solve or refused.
 
-use super::local_relaxation::{Extent, LocalRelaxation};
+use super::local_relaxation::Extent;
 use super::solved::{Bounds, Solved, Sums};
 use super::{HALVED, LEAST_FRACTION, RELAXING, place};
-use crate::components::{GuardLedger, Increment, SolverScratch};
+use crate::components::{GuardLedger, Increment, LocalRelaxation, SolverScratch};
 use crate::event::{GuardCause, GuardPlace};
 use crate::systems::solver::Operator;
 use crate::systems::solver::solve::adapt_lm_damping;
@@ -37,36 +37,43 @@ pub(super) struct Judged<'a> {
     pub most: f64,
 }
 
-/// Verdict on an answer, with the resulting spurious energy \[mJ\].
+/// Verdict on an answer, with the resulting spurious energy \[mJ\] and whether the local relaxation takes the answer's place.
 pub(super) enum Verdict {
     /// The body takes the whole answer, or that of a local relaxation.
-    Kept(f64, Option<LocalRelaxation>),
+    Kept(f64, bool),
     /// The body takes this fraction of the answer.
     StepLimited(f64, f64),
     /// The body takes this fraction of the answer or of a local relaxation's way, and gets a Newton correction from there.
-    SolvedFurther(f64, f64, Option<LocalRelaxation>),
+    SolvedFurther(f64, f64, bool),
     /// The step of the body is undone.
     Refused,
 }
 
 impl Judged<'_> {
     /// Verdict and, where the limit is exceeded, the place that creates most.
-    pub(super) fn verdict(&self, may: &Permitted, sums: &mut Sums<'_>) -> (Verdict, Option<GuardPlace>) {
+    pub(super) fn verdict(
+        &self,
+        may: &Permitted,
+        relaxation: &mut LocalRelaxation,
+        sums: &mut Sums<'_>,
+    ) -> (Verdict, Option<GuardPlace>) {
         let Self { solved, before, more, work, most, .. } = *self;
         let sum = before + more + work;
         if sum <= most {
-            return (Verdict::Kept(sum, None), None);
+            return (Verdict::Kept(sum, false), None);
         }
         let is_known = may.is_solved_further && may.is_corrected;
         let place = (!is_known).then(|| solved.place(work, more + work, self.holders, sums));
         // A sum that is no number is too much.
         let is_solved_further = may.is_solved_further && !may.is_shortened && sum.is_finite();
         let extent = Extent { triangles: may.triangles, is_partial: is_solved_further && may.triangles == usize::MAX };
-        let verdict = match self.local_relaxation(&extent, sum, sums) {
-            Some((relaxation, sum)) if sum <= most => Verdict::Kept(sum, Some(relaxation)),
+        let verdict = match self.relax(relaxation, &extent, sum, sums) {
+            Some(sum) if sum <= most => Verdict::Kept(sum, true),
             _ if may.is_shortened => self.shortened(sums),
-            part if is_solved_further => self.solved_further(may.is_corrected, sum, part, sums),
-            _ if !may.is_undone => Verdict::Kept(sum, None),
+            part if is_solved_further => {
+                self.solved_further(may.is_corrected, sum, part.map(|less| (&*relaxation, less)), sums)
+            }
+            _ if !may.is_undone => Verdict::Kept(sum, false),
             _ => Verdict::Refused,
         };
         (verdict, place)
@@ -77,11 +84,12 @@ impl Judged<'_> {
         Operator { external: self.holders.1, ..self.solved.operator }
     }
 
-    fn local_relaxation(&self, extent: &Extent, sum: f64, sums: &mut Sums<'_>) -> Option<(LocalRelaxation, f64)> {
+    /// Spurious energy \[mJ\] that a local relaxation leaves, whole or partial, where the size limits allow one.
+    fn relax(&self, relaxation: &mut LocalRelaxation, extent: &Extent, sum: f64, sums: &mut Sums<'_>) -> Option<f64> {
         let full = self.full();
-        LocalRelaxation::found(self.solved, &full, extent, (sum, self.most), |relaxation| {
+        relaxation.find(self.solved, &full, extent, (sum, self.most), |relaxation| {
             let more = relaxation.judged(self.solved).spurious_energy(1.0, sums);
-            self.before + more + relaxation.residual_work(self.solved, &full)
+            self.before + more + relaxation.residual_work(self.solved, &full, sums)
         })
     }
 
@@ -101,26 +109,25 @@ impl Judged<'_> {
         &self,
         is_corrected: bool,
         sum: f64,
-        part: Option<(LocalRelaxation, f64)>,
+        part: Option<(&LocalRelaxation, f64)>,
         sums: &mut Sums<'_>,
     ) -> Verdict {
         // The first answer carries the prescribed motion, and goes all its way.
         if !is_corrected {
             return match part {
-                Some((relaxation, less)) if less < sum => Verdict::SolvedFurther(less, 1.0, Some(relaxation)),
-                _ => Verdict::SolvedFurther(sum, 1.0, None),
+                Some((_, less)) if less < sum => Verdict::SolvedFurther(less, 1.0, true),
+                _ => Verdict::SolvedFurther(sum, 1.0, false),
             };
         }
         let full = self.full();
-        let pull = self.solved.pull(&full, sums);
-        let answer = self.solved.fraction(&pull, &full, sums);
-        let relaxed =
-            part.map(|(relaxation, _)| (relaxation.judged(self.solved).fraction(&pull, &full, sums), relaxation));
-        let (found, relaxation) = match relaxed {
-            Some((relaxed, relaxation)) if relaxed.potential < answer.potential => (relaxed, Some(relaxation)),
-            _ => (answer, None),
+        self.solved.find_pull(&full, sums);
+        let answer = self.solved.fraction(&full, sums);
+        let relaxed = part.map(|(relaxation, _)| relaxation.judged(self.solved).fraction(&full, sums));
+        let (found, is_relaxed) = match relaxed {
+            Some(relaxed) if relaxed.potential < answer.potential => (relaxed, true),
+            _ => (answer, false),
         };
-        Verdict::SolvedFurther(self.before + found.created, found.fraction, relaxation)
+        Verdict::SolvedFurther(self.before + found.created, found.fraction, is_relaxed)
     }
 }
 
@@ -133,11 +140,11 @@ impl Verdict {
         (increment, scratch, ledger): (&mut Increment, &mut SolverScratch, &mut GuardLedger),
     ) {
         let somewhere = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
-        if let Self::SolvedFurther(sum, fraction, relaxation) = self {
-            if let Some(relaxation) = relaxation {
-                increment.delta.copy_from_slice(&relaxation.way);
-                increment.relaxed = increment.relaxed.max(relaxation.len());
-            }
+        if let Self::SolvedFurther(_, _, true) | Self::Kept(_, true) = self {
+            increment.delta.copy_from_slice(&scratch.relaxation.way);
+            increment.relaxed = increment.relaxed.max(scratch.relaxation.len());
+        }
+        if let Self::SolvedFurther(sum, fraction, _) = self {
             if let Some(place) = place {
                 increment.guard.correct(place.cause);
             }
@@ -152,10 +159,8 @@ impl Verdict {
             (ledger.spurious_energy, scratch.is_counted) = (sum.max(0.0), true);
         }
         match self {
-            Self::Kept(_, Some(relaxation)) => {
-                increment.delta.copy_from_slice(&relaxation.way);
+            Self::Kept(_, true) => {
                 increment.is_fraction = true;
-                increment.relaxed = increment.relaxed.max(relaxation.len());
                 ledger.relaxing = RELAXING;
                 increment.guard.relax(somewhere);
             }

@@ -109,15 +109,17 @@ impl Operator<'_> {
         ElementTangent { normal: element.normal.positive_part(), in_plane, is_exact: false, ..element }
     }
 
-    /// Frames of the triangles with the geometric stiffness of the rotated tangent; `reserve` is that of the step's formula.
-    pub fn rotated_frames(&self, reserve: f64) -> Frames {
-        let mut frames = self.frames.clone();
+    /// Frames of the triangles with the geometric stiffness of the rotated tangent, in the memory of `frames`; `reserve` is that of the
+    /// step's formula.
+    pub fn rotated_frames(&self, reserve: f64, mut frames: Frames) -> Frames {
+        frames.clone_from(self.frames);
         let majorant = |(state, law): (ElementState, &Orthotropic)| {
             shear_majorant(state.stress, state.polar.stretch, law, reserve)
         };
         let majorants = self.frames.states().zip(self.triangles.stiffness.iter()).map(majorant);
         if frames.is_planar() {
-            frames.in_plane = majorants.collect();
+            frames.in_plane.clear();
+            frames.in_plane.extend(majorants);
         } else {
             for (geometric, in_plane) in frames.geometric.iter_mut().zip(majorants) {
                 *geometric = GeometricStiffness { normal: geometric.normal.positive_part(), in_plane };

@@ -5,10 +5,16 @@ mod common;
 
 use common::Square;
 use glam::DVec3;
-use rhexis::components::{ChangeSet, Changes, Curve, EnergyCriterion, Sleeping, TearLog, Tearing, Toughness};
+use rhexis::components::{
+    Bending, ChangeSet, Changes, Contact, Curve, Damping, Drag, EnergyCriterion, Fibres, Gravity, Hold, Jaws, Material,
+    Obstacle, Pose, Shape, Sleeping, TearLog, Tearing, Toughness,
+};
+use rhexis::generate;
+use rhexis::membrane::Membrane;
 use rhexis::schedule::Place;
-use rhexis::settings::{Accuracy, Advanced, Preconditioner, Settings};
-use rhexis::simulation::{DebugLines, FixedStep, Simulation, normals};
+use rhexis::settings::{Accuracy, Advanced, Preconditioner, Settings, Tangent};
+use rhexis::simulation::{DebugLines, FixedStep, Grasp, Simulation, normals};
+use rhexis::storage::Vertices;
 use rhexis_scene::Document;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
@@ -54,6 +60,12 @@ fn main() {
     accurate_steps_allocate_nothing();
     an_embedding_loop_allocates_nothing();
     many_bodies_allocate_nothing();
+    for is_bent in [false, true] {
+        for newton_corrections in [0, 6] {
+            a_guarded_step_allocates_nothing(is_bent, newton_corrections);
+        }
+    }
+    a_fallback_to_the_rotated_tangent_allocates_nothing();
     for energy in [None, Some(EnergyCriterion::new(Toughness { along: 0.01, across: 10.0 }))] {
         a_tear_seldom_allocates(energy);
     }
@@ -191,6 +203,84 @@ fn many_bodies_allocate_nothing() {
     let count = steps(&mut simulation, 100);
     // And the list of events grows.
     assert!(count <= 100 / 63 + 4, "one wakes and falls asleep again: {count}");
+}
+
+/// A slack sheet, hung by two corners and jerked by a third, whose steps the energy guard undoes, halves, limits, corrects and relaxes.
+fn a_guarded_step_allocates_nothing(is_bent: bool, newton_corrections: u32) {
+    const DT: f64 = 1000.0 / 60.0;
+    let mesh = generate::grid(20.0, 20.0, 20, 20).unwrap();
+    let mut sheet = Membrane::new("sheet", mesh, Material { thickness: 0.015, ..Material::allard_2009() })
+        .fibres(Fibres::at_degrees(30.0))
+        .with(Damping { time: 1.0 })
+        .with(Gravity { acceleration: DVec3::new(0.0, -9.81e-3, 0.0) });
+    if is_bent {
+        sheet = sheet.with(Bending::default()).with(Contact::default()).with(Drag { coefficient: 1e-5 });
+    }
+    let preconditioner = Preconditioner::IncompleteCholesky;
+    let advanced = Advanced { preconditioner, newton_corrections, max_step_halvings: 3, ..Advanced::default() };
+    let mut simulation = Simulation::new(Settings { threads: 1, advanced, ..Settings::default() }).unwrap();
+    let body = simulation.spawn(sheet).unwrap();
+    let ball = Shape::Sphere { centre: DVec3::new(10.0, 10.0, -6.0), radius: 5.0 };
+    simulation.spawn_obstacle(Obstacle { shape: ball }).unwrap();
+    let keys = simulation.view(body).unwrap().vertex_keys;
+    let corners = [keys[20 * 21], keys[21 * 21 - 1]];
+    simulation.pin(body, "corners", &corners).unwrap();
+    let forceps =
+        simulation.spawn_forceps("hand", Jaws { radius: 1.5, ..Jaws::default() }, Pose::at(DVec3::ZERO)).unwrap();
+    simulation.close_forceps(forceps, body, &Grasp::Point(DVec3::ZERO)).unwrap();
+    // Attempts undone and halved, corrected, relaxed locally and limited, and allocations in these steps.
+    let mut run = |steps: std::ops::Range<u32>| {
+        let (mut acted, mut count) = ([0; 4], 0);
+        for step in steps {
+            if step % 8 == 0 {
+                let k = f64::from(step);
+                let jerk = DVec3::new((1.7 * k).sin(), (2.3 * k).cos(), (3.1 * k).sin()) * 15.0;
+                simulation.move_forceps(forceps, Pose::at(jerk), DT).unwrap();
+            }
+            count += allocations(|| _ = simulation.step(DT).unwrap());
+            let guard = &simulation.report().bodies[0].guard;
+            let now = [guard.refusals(), guard.corrections(), guard.relaxations(), guard.limitations()];
+            acted.iter_mut().zip(now).for_each(|(sum, now)| *sum += now);
+            simulation.drain_events().for_each(drop);
+        }
+        (acted, count)
+    };
+    // The first attempt that is undone keeps a copy of the body, and so on.
+    let warm_up = run(0..240);
+    let (acted, count) = run(240..480);
+    println!("guarded, bent {is_bent}, {newton_corrections} corrections: {warm_up:?} at first, then {acted:?} {count}");
+    let [undone, corrected, relaxed, limited] = acted;
+    let has_acted = if newton_corrections > 0 { corrected > 0 } else { undone > 0 && limited > 0 };
+    assert!(relaxed > 0 && has_acted, "undone, corrected, relaxed, limited: {acted:?}");
+    assert_eq!(count, 0, "guarded steps, bent {is_bent}, {newton_corrections} corrections");
+}
+
+/// A sheet that is pushed together: the exact tangent is indefinite, and the rotated one takes its place.
+fn a_fallback_to_the_rotated_tangent_allocates_nothing() {
+    let mesh = generate::grid(20.0, 16.0, 10, 8).unwrap();
+    let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0));
+    let rim = |x: f64| sheet.select(|p| p.x == x);
+    let (left, right) = (Hold::new("left", rim(0.0)), Hold::new("right", rim(20.0)));
+    let right = right.moved(DVec3::NEG_X, Curve::ramp(20.0, 1.0).unwrap());
+    let sheet = sheet.hold(left).hold(right).with(Damping { time: 0.3 });
+    let preconditioner = Preconditioner::IncompleteCholesky;
+    let advanced = Advanced { preconditioner, tangent: Tangent::Exact, ..Advanced::default() };
+    let mut simulation = Simulation::new(Settings { threads: 1, advanced, ..Settings::default() }).unwrap();
+    let body = simulation.spawn(sheet).unwrap();
+    for (i, x) in simulation.world().get::<&mut Vertices>(body.entity()).unwrap().position.iter_mut().enumerate() {
+        x.z += 0.05 * (37.7 * i as f64).sin() * x.x * (20.0 - x.x) * 0.01;
+    }
+    let mut run = |steps: u32| {
+        let (mut fallbacks, mut count) = (0, 0);
+        for _ in 0..steps {
+            count += allocations(|| fallbacks += u32::from(simulation.step(1.0).unwrap().bodies[0].fell_back));
+            simulation.drain_events().for_each(drop);
+        }
+        (fallbacks, count)
+    };
+    let (warm_up, (fallbacks, count)) = (run(3), run(17));
+    println!("fallbacks to the rotated tangent, with their allocations: {warm_up:?}, then {fallbacks} and {count}");
+    assert!(fallbacks > 3 && count == 0, "{count} allocations in {fallbacks} fallbacks");
 }
 
 fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>) {

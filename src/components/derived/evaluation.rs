@@ -6,7 +6,7 @@ use crate::storage::room::grow;
 use glam::DVec3;
 
 /// Rotation, stretch and stress of every triangle, and its geometric stiffness. *Derived.*
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Frames {
     /// Element states at the last evaluation; empty for planar bodies.
     pub solid: Vec<ElementState>,
@@ -80,6 +80,24 @@ impl Frames {
     #[inline(always)]
     pub fn coupling(&self, t: usize) -> [f64; 2] {
         self.stiffened.get(t).map_or([0.0; 2], |stiffened| [stiffened.q16, stiffened.q26])
+    }
+}
+
+impl Clone for Frames {
+    fn clone(&self) -> Self {
+        let mut frames = Self::default();
+        frames.clone_from(self);
+        frames
+    }
+
+    /// Copies into the lists that are there.
+    fn clone_from(&mut self, source: &Self) {
+        let Self { solid, flat, geometric, in_plane, stiffened } = source;
+        self.solid.clone_from(solid);
+        self.flat.clone_from(flat);
+        self.geometric.clone_from(geometric);
+        self.in_plane.clone_from(in_plane);
+        self.stiffened.clone_from(stiffened);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Working memory of a body's solves.
 
-use crate::components::{FreeAxes, GuideConstraints, Outputs, OutputsMut, Stops};
+use crate::components::{Frames, FreeAxes, GuideConstraints, Outputs, OutputsMut, Stops};
 use glam::{DVec2, DVec3};
 
 /// Forces and energy by which a step of several Newton iterations or two stages is judged at its end; empty in others.
@@ -13,6 +13,32 @@ pub struct StepAccount {
     pub earlier: Vec<DVec3>,
     /// Stored and kinetic energy \[mJ\] at the start of the step or resumed pass; `None` once the step is judged.
     pub energy: Option<f64>,
+}
+
+/// Memory of a solve whose exact tangent may be indefinite, for another one without it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TangentFallback {
+    /// Right-hand side \[N\] before the solve.
+    pub rhs: Vec<DVec3>,
+    /// First guess \[mm\].
+    pub guess: Vec<DVec3>,
+    /// Frames that those of the rotated tangent replace.
+    pub spare: Frames,
+}
+
+/// Vertices of a body that are relaxed locally where the solve's answer would create energy.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LocalRelaxation {
+    /// Rows of the relaxed vertices, in ascending order.
+    pub rows: Vec<u32>,
+    /// Whether each vertex of the body is one of the relaxed ones.
+    pub is_in: Vec<bool>,
+    /// The way of every vertex of the body \[mm\].
+    pub way: Vec<DVec3>,
+    /// Deviation of every vertex's way from the solve's \[mm\].
+    pub off: Vec<DVec3>,
+    /// Triangles that create energy, with that energy \[mJ\], in descending order.
+    pub created: Vec<(f64, u32)>,
 }
 
 /// Vectors of the linear solve, one entry per vertex, and temporaries of a step. *Derived*: no step needs the values of another.
@@ -64,6 +90,10 @@ pub struct SolverScratch {
     pub to_correct: Option<f64>,
     /// Levenberg–Marquardt level k: the next Newton correction adds (4ᵏ − 1) times the inertia of the step.
     pub lm_damping: u32,
+    /// Memory of solves with exact tangents.
+    pub(crate) fallback: Box<TangentFallback>,
+    /// Memory of the energy guard; empty until it acts.
+    pub(crate) relaxation: Box<LocalRelaxation>,
     /// The static increment that is being tried.
     pub line_search: Option<LineSearch>,
 }

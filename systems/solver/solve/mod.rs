@@ -188,7 +188,7 @@ fn solve_body(
     }
     // The energy guard judges the answer with the tangent that it was solved with.
     if let Some(rotated) = rotated {
-        *frames = rotated;
+        scratch.fallback.spare = std::mem::replace(frames, rotated);
     }
     if step.is_static {
         start_line_search(forces, increment, (result, scratch));
@@ -323,14 +323,15 @@ fn solve_or_fall_back(
     if operator.tangent == Tangent::Rotated || operator.tangent == Tangent::Projected && !step.is_static {
         return solve(&operator, &mut increment.delta, scratch);
     }
-    let (rhs, first_guess) = (scratch.residual.clone(), increment.delta.clone());
+    let SolverScratch { fallback, residual, .. } = &mut *scratch;
+    fallback.rhs.clone_from(residual);
+    fallback.guess.clone_from(&increment.delta);
     let result = solve(&operator, &mut increment.delta, scratch);
     if !matches!(result, Err(CgError::Indefinite { .. })) {
         return result;
     }
     if operator.pressure != 0.0 {
-        scratch.residual.clone_from(&rhs);
-        increment.delta.clone_from(&first_guess);
+        begin_anew(increment, scratch);
         let result = solve(&Operator { pressure: 0.0, ..operator }, &mut increment.delta, scratch);
         if !matches!(result, Err(CgError::Indefinite { .. })) {
             return result;
@@ -338,8 +339,13 @@ fn solve_or_fall_back(
     }
     fallen.fell_back = true;
     fallen.tangent = Tangent::Rotated;
-    scratch.residual = rhs;
-    increment.delta = first_guess;
-    let frames = rotated.insert(operator.rotated_frames(reserve));
+    begin_anew(increment, scratch);
+    let frames = rotated.insert(operator.rotated_frames(reserve, std::mem::take(&mut scratch.fallback.spare)));
     solve(&Operator { frames, pressure: 0.0, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
+}
+
+/// Puts the right-hand side and the first guess back.
+fn begin_anew(increment: &mut Increment, scratch: &mut SolverScratch) {
+    scratch.residual.clone_from(&scratch.fallback.rhs);
+    increment.delta.clone_from(&scratch.fallback.guess);
 }
