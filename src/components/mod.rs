@@ -75,10 +75,10 @@ pub use state::forceps::{Forceps, Grasp, Motion, Pose};
 pub use state::guard::{Fault, GuardFigures};
 #[doc(hidden)]
 pub use state::guard_ledger::GuardLedger;
+#[doc(hidden)]
+pub use state::increment::Increment;
 pub use state::increment::Reactions;
 pub(crate) use state::increment::fraction_of;
-#[doc(hidden)]
-pub use state::increment::{Increment, Tautness};
 pub(crate) use state::ligament_failure::LigamentFailure;
 #[doc(hidden)]
 pub use state::obstacle_motion::{FrictionState, ObstacleMotion};

@@ -5,18 +5,12 @@
 pub enum Part {
     /// Displacement of the last step as the first guess of a dynamic solve.
     InitialGuess,
-    /// Upper bound of the spurious energy, which saves its sum.
-    EnergyBound,
     /// Energy guard of linearly implicit steps as a whole.
     EnergyGuard,
     /// Local relaxation by vertex block descent.
     LocalRelaxation,
-    /// Levenberg–Marquardt damping of Newton corrections.
-    LmDamping,
     /// Limit of an increment to the largest fraction that creates no energy.
     IncrementLimit,
-    /// Shorter fallback sub-step of a body that was limited in the step before.
-    ShorterFallback,
     /// Undo of a step that would create energy.
     Undo,
     /// Second solve of bodies whose tips will advance.

@@ -46,11 +46,11 @@ pub(super) fn serialize<S: Serializer>(
         fell_back: result.fell_back,
         tangent: result.tangent,
         spurious_energy: ledger.spurious_energy,
-        unchecked_bound: ledger.unchecked_bound,
-        start_spurious_energy: ledger.start_spurious_energy,
+        unchecked_bound: 0.0,
+        start_spurious_energy: [ledger.start_spurious_energy, 0.0],
         creates_energy: ledger.creates_energy,
         is_step_limited: ledger.is_step_limited,
-        fallback_shortenings: ledger.fallback_shortenings,
+        fallback_shortenings: 0,
         relaxing: ledger.relaxing,
         position_error: result.position_error,
         line_search: None,
@@ -84,11 +84,9 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
         };
         let ledger = GuardLedger {
             spurious_energy: block.spurious_energy,
-            unchecked_bound: block.unchecked_bound,
-            start_spurious_energy: block.start_spurious_energy,
+            start_spurious_energy: block.start_spurious_energy[0],
             creates_energy: block.creates_energy,
             is_step_limited: block.is_step_limited,
-            fallback_shortenings: block.fallback_shortenings,
             relaxing: block.relaxing,
         };
         (result, ledger)

@@ -32,7 +32,6 @@
 //! For a body that bends, E includes the energy of bending, f its moments, and K its majorant.
 
 pub mod audit;
-mod bound;
 mod folds;
 mod lanes;
 mod line_search;
@@ -44,7 +43,7 @@ mod verdict;
 
 use crate::components::{
     Damping, Drag, FibreLaws, Forces, Frames, FreeAxes, Grips, GuardLedger, Increment, Planar, PreStretch, SolveResult,
-    SolverScratch, Tautness, fibre_law,
+    SolverScratch, fibre_law,
 };
 use crate::math::Orthotropic;
 use crate::settings::ablation::Part;
@@ -53,7 +52,6 @@ use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::forces::element::BodyLaw;
 use crate::systems::solver::{Operator, reactions};
 use crate::systems::{Formula, StepContext, parallel};
-use bound::bound;
 use glam::DVec3;
 use solved::{Solved, Sums};
 use verdict::{Judged, Permitted};
@@ -61,9 +59,6 @@ use verdict::{Judged, Permitted};
 /// Limit of the spurious energy, as a share of the energy in the body. The next steps mostly take away the energy that one
 /// adds, so that a much smaller share would refuse steps that do no harm.
 const SPURIOUS_SHARE: f64 = 0.1;
-
-/// Share of the limit up to which unchecked bounds replace full sums.
-const UNCHECKED: f64 = 0.1;
 
 /// Largest number of triangles from which a local relaxation may start in a first attempt, before halves or corrections.
 const SPIKE: usize = 2;
@@ -140,10 +135,7 @@ fn enforce_in(
     ): Query<'_>,
     step: &StepContext,
 ) {
-    let tautness = *increment.tautness.get_or_insert_with(|| Tautness {
-        slack: slack_energy(triangles, |t| &triangles.stiffness[t]),
-        stiffest: (0..triangles.len()).map(|t| stiffness(triangles, t)).fold(0.0, f64::max),
-    });
+    let slack = *increment.slack_energy.get_or_insert_with(|| slack_energy(triangles, |t| &triangles.stiffness[t]));
     let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(), result.tangent);
     let membrane = Operator::membrane((vertices, triangles, topology, frames), tangent);
     let operator = Operator { folds, inertia: step.inertia(), viscosity, ..membrane };
@@ -158,16 +150,7 @@ fn enforce_in(
         && !may_spin(planar, &scratch.free, holders.0);
     let (twice_stored, work) = (scratch.twice_stored, scratch.residual_work);
     let SolverScratch {
-        free,
-        residual,
-        partials,
-        pairs,
-        to_correct,
-        is_counted,
-        direction: pull,
-        product,
-        relaxation,
-        ..
+        free, residual, partials, to_correct, is_counted, direction: pull, product, relaxation, ..
     } = &mut *scratch;
     let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
     let solved = Solved {
@@ -184,39 +167,20 @@ fn enforce_in(
     };
     // Energy created by the previous solve is in the body where this one starts, and this one is to take it away.
     let is_corrected = to_correct.is_some();
-    let limit =
-        to_correct.take().unwrap_or_else(|| SPURIOUS_SHARE * solved.energy(twice_stored, tautness.slack, partials));
+    let limit = to_correct.take().unwrap_or_else(|| SPURIOUS_SHARE * solved.energy(twice_stored, slack, partials));
     // Where the body has lost energy since, the sum is clamped to the present limit.
-    let mut before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
-    ledger.unchecked_bound = ledger.unchecked_bound.min(UNCHECKED * limit);
-    let bound =
-        if !step.has(Part::EnergyBound) || is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {
-            f64::INFINITY
-        } else {
-            bound((increment, triangles, frames), (twice_stored, tautness.stiffest), partials, pairs)
-        };
-    if before + work <= limit && ledger.unchecked_bound + bound <= UNCHECKED * limit {
-        ledger.unchecked_bound += bound;
-        ledger.spurious_energy = (before + work).max(0.0);
-        return;
-    }
+    let before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
     let mut spare = BendingPasses::default();
     let mut sums = Sums { partials, passes: passes.unwrap_or(&mut spare), corner, pull, product };
     let more = solved.spurious_energy(1.0, &mut sums);
-    if bound.is_finite() {
-        // Unchecked bounds enter the sum in the ratio of the present full sum to its own bound.
-        before += ledger.unchecked_bound * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
-        ledger.unchecked_bound = 0.0;
-    }
-    let most = limit - ledger.unchecked_bound;
     let judged = Judged {
         solved: &solved,
         holders,
-        before: if is_corrected { before } else { before.min(most) },
+        before,
         more,
         work,
         // Rounding of zero energy counts as zero.
-        most: most * (1.0 + SUM_ROUNDING),
+        most: limit * (1.0 + SUM_ROUNDING),
     };
     let may = Permitted {
         triangles: if !step.has(Part::LocalRelaxation) {
@@ -248,12 +212,6 @@ fn shorter(fraction: f64) -> f64 {
         _ if fraction > LEAST_FRACTION => 0.125 * fraction,
         _ => 0.0,
     }
-}
-
-/// Stiffness \[N/mm\] against strains of a triangle, over its thickness: a lower bound.
-fn stiffness(triangles: &Triangles, t: usize) -> f64 {
-    let q = &triangles.stiffness[t];
-    (q.q11 + q.q22).max(2.0 * q.q66) * triangles.thickness[t]
 }
 
 /// Energy that a body whose triangles have such laws would store at the strain [`SLACK_STRAIN`] \[mJ\].

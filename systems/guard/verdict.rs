@@ -6,7 +6,6 @@ use super::{HALVED, LEAST_FRACTION, RELAXING, place};
 use crate::components::{GuardLedger, Increment, LocalRelaxation, SolverScratch};
 use crate::event::{GuardCause, GuardPlace};
 use crate::systems::solver::Operator;
-use crate::systems::solver::solve::adapt_lm_damping;
 use glam::DVec3;
 
 /// Remedies permitted for an answer that creates too much energy.
@@ -149,7 +148,6 @@ impl Verdict {
                 increment.guard.correct(place.cause);
             }
             increment.take_fraction(&scratch.free, fraction);
-            adapt_lm_damping(scratch, fraction);
             (ledger.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
             return;
         }

@@ -15,7 +15,7 @@ use crate::math::number::{Real, linear_stress};
 use crate::math::{
     ElementState, FADES_FROM, Faded, FlatState, GeometricStiffness, Orthotropic, PerRow, Polar, RestTriangle, Sym2,
 };
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Vectors of four triangles.
@@ -281,50 +281,6 @@ impl<T: Stored> Kernel<[DVec3; 3]> for CornerForces<'_, T> {
             let scaled = [g1x * minus, g1y * minus, g2x * minus, g2y * minus];
             put_forces(spread(in_space(axes, pi), scaled), out);
         }
-    }
-}
-
-/// How far triangles go: the rows have nothing in them. The first sum says how many go far, at the least. The second is that of
-/// A·a⁴ with the rest area A \[mm²\] and the norm a of the change of the deformation gradient.
-pub struct Far<'a> {
-    /// Vertices of the triangles.
-    pub corners: &'a [[u32; 3]],
-    /// Rest shapes.
-    pub rest: &'a [RestTriangle],
-    /// Displacement of the vertices \[mm\].
-    pub displacement: &'a [DVec3],
-    /// The a from which on a triangle goes far.
-    pub from: f64,
-}
-
-impl Kernel<(), DVec2> for Far<'_> {
-    #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [()]) -> DVec2 {
-        let most_sq = self.from * self.from;
-        let (mut count, mut sum, zero) = (0, 0.0, Doubles::splat(lanes, 0.0));
-        for start in (first..first + rows.len()).step_by(DOUBLES) {
-            let (mut edges, mut gradients, mut areas) = ([[zero; DOUBLES]; 2], [zero; DOUBLES], [0.0; DOUBLES]);
-            let within = (first + rows.len() - start).min(DOUBLES);
-            for lane in 0..DOUBLES {
-                let t = start + lane.min(within - 1);
-                let [i, j, k] = self.corners[t].map(|v| v as usize);
-                let u = row(lanes, self.displacement[i]);
-                edges[0][lane] = row(lanes, self.displacement[j]) - u;
-                edges[1][lane] = row(lanes, self.displacement[k]) - u;
-                gradients[lane] = gradients_of(lanes, &self.rest[t]);
-                areas[lane] = self.rest[t].area;
-            }
-            let (a, b) = (components(edges[0]), components(edges[1]));
-            let change_sq = lengths_sq(gradient([a, b], Doubles::transpose(gradients)));
-            let weighted = (Doubles::new(lanes, areas) * change_sq * change_sq).to_array();
-            let change_sq = change_sq.to_array();
-            for lane in 0..within {
-                // A NaN counts as far.
-                count += usize::from(!(change_sq[lane] <= most_sq));
-                sum += weighted[lane];
-            }
-        }
-        DVec2::new(count as f64, sum)
     }
 }
 

@@ -34,7 +34,7 @@ pub struct Operator<'a> {
     pub external: Option<&'a ExternalStiffness>,
     /// Bending, at the same state.
     pub folds: Option<&'a DihedralAngles>,
-    /// 1/s² \[1/ms²\] for the effective time step s, with the inertia of Levenberg–Marquardt damping.
+    /// 1/s² \[1/ms²\] for the effective time step s.
     pub inertia: f64,
     /// β/s of strain-rate damping, for the effective time step s.
     pub viscosity: f64,

@@ -4,9 +4,7 @@ use super::faults::report_to_forceps;
 use super::phases::PHASES;
 use super::run::{Excluded, Running};
 use crate::components::{GuardLedger, SolveResult};
-use crate::math::elementary;
 use crate::settings::Settings;
-use crate::settings::ablation::Part;
 use crate::systems::{StepContext, contact, work};
 use hecs::{Entity, World};
 use smallvec::SmallVec;
@@ -14,19 +12,12 @@ use smallvec::SmallVec;
 /// Attempts per level of halving, after which the rest of the step is taken by fallback sub-steps.
 const TRIES: u32 = 3;
 
-/// Factor by which a fallback sub-step is shortened each time that its body is step-limited again. In a long one soft modes, held by
-/// inertia alone, overshoot until almost no fraction is admissible.
-const SHORTER: f64 = 8.0;
-
-/// Maximum number of times that a fallback sub-step is shortened: to 3 µs of 100 ms.
-const MOST_SHORTENINGS: u32 = 5;
-
 /// One dynamic step of all bodies. One that it leaves in no sound state is retried by itself, [in halves](crate::settings::Advanced::max_step_halvings), and the
 /// others keep the step that they have taken. Returns the time \[ms\] that the farthest body has done; one that
 /// failed midway stays where its last good part ended.
 pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, running: &mut Running) -> f64 {
     let mut failed = running.list();
-    let step_limited = take_step_limited(world);
+    let step_limited = step_limited(world);
     let step = StepContext::of_step(settings, dt, time + dt);
     let step = if step_limited.is_empty() { step } else { step.before(1) };
     running.step(world, &step, PHASES, &mut failed);
@@ -46,19 +37,15 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
         let _ = world.insert_one(body, result);
         let mut retried = Retried { world, settings, running, tries: 0, reserved: 0, is_fallback: false };
         // A body that was step-limited in the last step is not retried in halves.
-        let before =
-            step_limited.iter().find(|(held, _)| *held == body).map(|(_, fallback_shortenings)| *fallback_shortenings);
-        let gone = match before {
-            Some(fallback_shortenings) => retried.at_its_end(time, dt, fallback_shortenings),
-            None => retried.in_halves(time, dt, settings.advanced.max_step_halvings),
+        let gone = if step_limited.contains(&body) {
+            retried.running.report.rolled_back += 1;
+            retried.fallback(time, dt)
+        } else {
+            retried.in_halves(time, dt, settings.advanced.max_step_halvings)
         };
         most = gone.max(most);
         if let Ok(ledger) = world.query_one_mut::<&mut GuardLedger>(body) {
             ledger.is_step_limited |= settings.budget.is_some() && gone == 0.0;
-            if let Some(before) = before {
-                ledger.fallback_shortenings =
-                    if ledger.is_step_limited { before + 1 } else { before.saturating_sub(1) };
-            }
         }
         exclude_all(world, &mut done);
     }
@@ -97,14 +84,6 @@ impl Retried<'_, '_> {
         if first < half { first } else { half + self.part(time + half, half, halvings - 1) }
     }
 
-    /// A fallback sub-step over the last part of the step, until which the body rests. Returns the time that was done.
-    fn at_its_end(&mut self, time: f64, dt: f64, fallback_shortenings: u32) -> f64 {
-        self.running.report.rolled_back += 1;
-        let is_shorter = self.settings.without != Some(Part::ShorterFallback);
-        let length = dt / elementary::powi(SHORTER, if is_shorter { fallback_shortenings } else { 0 });
-        if self.fallback(time + (dt - length), length) > 0.0 { dt } else { 0.0 }
-    }
-
     /// A fallback sub-step, if the budget allows one. Returns the time that was done.
     fn fallback(&mut self, time: f64, dt: f64) -> f64 {
         self.is_fallback = true;
@@ -136,13 +115,10 @@ impl Retried<'_, '_> {
     }
 }
 
-/// Bodies step-limited in the last step or with a shortened fallback sub-step, with their number of shortenings, which is reset to zero.
-fn take_step_limited(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
-    let bodies = world.query_mut::<(Entity, &mut GuardLedger)>().into_iter();
-    let step_limited = bodies.filter(|(_, ledger)| ledger.is_step_limited || ledger.fallback_shortenings > 0);
-    let fallback_shortenings =
-        |ledger: &mut GuardLedger| std::mem::take(&mut ledger.fallback_shortenings).min(MOST_SHORTENINGS);
-    step_limited.map(|(body, ledger)| (body, fallback_shortenings(ledger))).collect()
+/// Bodies that the last step has limited.
+fn step_limited(world: &mut World) -> SmallVec<[Entity; 4]> {
+    let bodies = world.query_mut::<(Entity, &GuardLedger)>().into_iter();
+    bodies.filter(|(_, ledger)| ledger.is_step_limited).map(|(body, _)| body).collect()
 }
 
 /// Takes the result of their solves off all bodies, so that no system runs on them.

@@ -277,7 +277,7 @@ fn the_ledger_stays_below_its_limit_whatever_the_number_of_corrections() {
                     let most = 1.112 * (start + SLACK);
                     assert!(now <= most, "{what}: {now:e} mJ, {start:e} at first");
                     let ledger = simulation.world().get::<&GuardLedger>(body.entity()).unwrap();
-                    let spurious = ledger.spurious_energy + ledger.unchecked_bound;
+                    let spurious = ledger.spurious_energy;
                     assert!(spurious <= LEDGER * (most + SLACK), "{what}: {spurious:e} mJ are spurious, of {start:e}");
                 }
             }

@@ -88,8 +88,6 @@ pub struct SolverScratch {
     pub is_counted: bool,
     /// Limit \[mJ\] of the spurious energy of a step that gets a Newton correction; `None` otherwise.
     pub to_correct: Option<f64>,
-    /// Levenberg–Marquardt level k: the next Newton correction adds (4ᵏ − 1) times the inertia of the step.
-    pub lm_damping: u32,
     /// Memory of solves with exact tangents.
     pub(crate) fallback: Box<TangentFallback>,
     /// Memory of the energy guard; empty until it acts.

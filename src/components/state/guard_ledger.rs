@@ -5,16 +5,12 @@
 pub struct GuardLedger {
     /// Spurious energy \[mJ\]: created by steps along the tangent and not taken away again; never negative.
     pub spurious_energy: f64,
-    /// Upper bound \[mJ\] of the spurious energy since the last full sum.
-    pub unchecked_bound: f64,
-    /// `spurious_energy` and `unchecked_bound` at the start of the step.
-    pub start_spurious_energy: [f64; 2],
+    /// `spurious_energy` at the start of the step.
+    pub start_spurious_energy: f64,
     /// Whether the spurious energy of the last solve exceeds the limit.
     pub creates_energy: bool,
     /// Whether this step took only a fraction of its increment or, with a budget, failed; the next one reserves a fallback sub-step.
     pub is_step_limited: bool,
-    /// Number of times the next fallback sub-step is shortened: once more each time that the body is step-limited again.
-    pub fallback_shortenings: u32,
     /// Steps left in which local relaxation may start from any number of triangles, counted down from the last step that needed one.
     pub relaxing: u32,
 }
@@ -26,12 +22,12 @@ impl GuardLedger {
         if !is_retried {
             self.relaxing = self.relaxing.saturating_sub(1);
         }
-        self.start_spurious_energy = [self.spurious_energy, self.unchecked_bound];
+        self.start_spurious_energy = self.spurious_energy;
     }
 
     /// Forgets the results of an undone attempt.
     pub(crate) fn forget_attempt(&mut self) {
         self.creates_energy = false;
-        [self.spurious_energy, self.unchecked_bound] = self.start_spurious_energy;
+        self.spurious_energy = self.start_spurious_energy;
     }
 }

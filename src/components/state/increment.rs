@@ -24,9 +24,9 @@ pub struct Increment {
     pub middle_displacement: Vec<DVec3>,
     /// Velocity at the end of the first stage \[mm/ms\] (TR-BDF2).
     pub middle_velocity: Vec<DVec3>,
-    /// Stiffness scales of the body for the energy guard; `None` after an edit.
+    /// Elastic energy \[mJ\] at the strain below which tissue counts as slack; `None` after an edit.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub tautness: Option<Tautness>,
+    pub slack_energy: Option<f64>,
     /// Whether only a fraction of the increment of the last solve was applied.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_fraction: bool,
@@ -57,15 +57,6 @@ pub(crate) fn fraction_of(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
     delta * (DVec3::ONE - free * (1.0 - part))
 }
 
-/// Stiffness scales of a body: slack energy and largest stiffness.
-#[derive(Clone, Copy, Debug)]
-pub struct Tautness {
-    /// Elastic energy at the strain below which tissue counts as slack \[mJ\].
-    pub slack: f64,
-    /// The largest stiffness of a triangle against strain in any direction, over its thickness \[N/mm\].
-    pub stiffest: f64,
-}
-
 impl Increment {
     /// Makes room for `more` vertices, whose table has `room`: lists that double take as much again in vain.
     pub fn make_room(&mut self, more: usize, room: usize) {
@@ -94,7 +85,7 @@ impl Increment {
     /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and
     /// the one that a collapse removes is gone.
     pub fn follow(&mut self, record: &EditRecord) {
-        self.tautness = None;
+        self.slack_energy = None;
         let Self { start, start_velocity, displacement, middle_displacement, middle_velocity, .. } = self;
         for values in [start, start_velocity, displacement, middle_displacement, middle_velocity] {
             for (row, parents) in record.created() {

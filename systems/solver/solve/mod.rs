@@ -3,9 +3,6 @@
 mod choice;
 mod early_stop;
 mod line_search;
-mod lm_damping;
-
-pub use lm_damping::adapt_lm_damping;
 
 use super::{Available, CgError, CgInfo, Factor, MixedSolver, Operator, ProductMemory, reactions};
 use crate::components::{
@@ -107,11 +104,10 @@ fn solve_body(
     result.newton_iterations += 1;
     result.work = result.work.saturating_add(work::EVALUATION);
     result.work_of_advance = tearing.map_or(0, |_| work::of_advances(1, triangles.len()));
-    let lm_damping = lm_damping::inertia(step, scratch);
     let operator = Operator {
         external,
         folds,
-        inertia: step.inertia() + lm_damping,
+        inertia: step.inertia(),
         viscosity: damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(),
         // A linear response is that of linear elasticity, whose load acts on the shape as it is.
         pressure: match pressure.filter(|_| step.is_static && step.newton_iterations > 1) {
@@ -168,9 +164,6 @@ fn solve_body(
         Ok(info) => {
             if uses_position_tolerance {
                 scale_to_no_work(&operator, &mut memory, increment, scratch);
-            }
-            if lm_damping > 0.0 {
-                lm_damping::leave(lm_damping, vertices, increment, scratch);
             }
             if is_linear_step {
                 scratch.residual_work = residual_work(increment, scratch);
