@@ -34,7 +34,7 @@ impl Simulation {
             (*increment.guard, increment.relaxed) = (GuardFigures::default(), 0);
         }
         for result in self.world.query_mut::<&mut SolveResult>() {
-            (result.work, result.is_tear_undecided) = (0, false);
+            (result.work, result.fallback_factors, result.is_tear_undecided) = (0, 0, false);
         }
         self.report.has_failed = false;
     }
@@ -65,6 +65,7 @@ impl Simulation {
                 imbalance: result.imbalance,
                 is_converged: result.has_converged,
                 fell_back: result.fell_back,
+                fallback_factors: result.fallback_factors,
                 is_tear_cut_short: false,
                 is_tear_undecided: result.is_tear_undecided,
                 is_refinement_put_off: refined.is_some_and(|refined| refined.is_put_off),

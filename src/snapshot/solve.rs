@@ -76,6 +76,7 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
             is_active: false,
             has_converged: block.is_converged,
             fell_back: block.fell_back,
+            fallback_factors: 0,
             tangent: block.tangent,
             work: 0,
             work_of_advance: 0,

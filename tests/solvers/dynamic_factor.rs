@@ -3,7 +3,7 @@
 
 use crate::common::{Run, Square, state_bits};
 use glam::DVec3;
-use rhexis::components::{Fibres, Material, Tearing};
+use rhexis::components::{Fibres, Gravity, Hold, Material, Tearing};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings};
@@ -122,4 +122,30 @@ fn any_number_of_threads_gives_the_same_bits_across_renewals() {
         state_bits(&run.simulation, run.body)
     };
     assert!(state(1) == state(2));
+}
+
+/// Fallback factors and iterations of every step of a slack sheet under its weight, hung by a rim.
+fn fallback_factors(dt: f64) -> Vec<[u32; 2]> {
+    let linear = LinearParams::by_residual(1e-9, 20_000);
+    let advanced = Advanced { linear, ..Advanced::default() };
+    let mut simulation = Simulation::new(Settings { threads: 1, advanced, ..Settings::default() }).unwrap();
+    let mesh = generate::grid(20.0, 20.0, 12, 12).unwrap();
+    let sheet = Membrane::new("sheet", mesh, Material { thickness: 0.015, ..Material::allard_2009() });
+    let hold = Hold::new("rim", sheet.select(|p| p.y == 20.0));
+    let weight = Gravity { acceleration: DVec3::new(0.0, -9.81e-3, 2e-3) };
+    simulation.spawn(sheet.fibres(Fibres::at_degrees(30.0)).hold(hold).with(weight)).unwrap();
+    let step = |_| {
+        let body = &simulation.step(dt).unwrap().bodies[0];
+        [body.fallback_factors, body.iterations]
+    };
+    (0..6).map(step).collect()
+}
+
+#[test]
+fn factors_made_on_the_spot_are_counted() {
+    let (easy, hard) = (fallback_factors(0.1), fallback_factors(1e4));
+    println!("[factors, iterations] of short steps {easy:?}, of long ones {hard:?}");
+    assert!(easy.iter().all(|&[factors, _]| factors == 0), "{easy:?}");
+    // Without the feature `direct` there is none to make.
+    assert_eq!(hard.iter().any(|&[factors, _]| factors > 0), cfg!(feature = "direct"), "{hard:?}");
 }

@@ -29,6 +29,8 @@ pub struct SolveResult {
     pub(crate) has_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
     pub fell_back: bool,
+    /// Cholesky factors made on the spot in this step, retries included, where a linear solve had come to nothing without one.
+    pub fallback_factors: u32,
     /// The tangent that the last linear solve used.
     pub tangent: Tangent,
     /// Work that this step has taken, retries and resumes included, in iterations of linear solves.

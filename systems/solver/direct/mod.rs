@@ -31,6 +31,8 @@ pub struct Factor {
     current: Option<Box<InUse>>,
     /// Solves that still begin with it although another preconditioner is preferred.
     needed: u32,
+    /// Fallback factors made since they were last taken into account.
+    fallbacks: u32,
 }
 
 struct InUse {
@@ -63,7 +65,13 @@ impl Factor {
     pub fn renew_for_next(&mut self, operator: &Operator, free: &FreeAxes) -> Result<(), NoFactor> {
         self.renew(operator, free)?;
         self.needed = NEEDED;
+        self.fallbacks += 1;
         Ok(())
+    }
+
+    /// Number of factors made [for solves that have come to nothing otherwise](Self::renew_for_next) since the last call.
+    pub fn take_fallbacks(&mut self) -> u32 {
+        std::mem::take(&mut self.fallbacks)
     }
 
     /// Counts down the solves after a failure without a factor; returns whether this one begins with a factor made on the spot.

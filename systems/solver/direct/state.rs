@@ -28,7 +28,7 @@ impl Factor {
             let cholesky = Cholesky::of_equations(equations)?;
             Ok(Box::new(InUse { cholesky, rotation_warp: rotation_warp.clone() }))
         };
-        Ok(Self { current: state.current.as_ref().map(remade).transpose()?, needed: state.needed })
+        Ok(Self { current: state.current.as_ref().map(remade).transpose()?, needed: state.needed, fallbacks: 0 })
     }
 }
 

@@ -57,6 +57,11 @@ impl Factor {
         Err(NoFactor::Unavailable)
     }
 
+    /// Zero.
+    pub fn take_fallbacks(&mut self) -> u32 {
+        0
+    }
+
     /// False.
     pub fn is_needed(&mut self) -> bool {
         false

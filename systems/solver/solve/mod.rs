@@ -129,7 +129,7 @@ fn solve_body(
     let params = linear_params(step, result, imbalance_before, force_scale);
     let iterations = within_budget(step, result, tears, params.iterations);
     let params = LinearParams { iterations, ..params };
-    let available = available(step, (&operator, &scratch.free, tearing), (factor, mixed));
+    let available = available(step, (&operator, &scratch.free, tearing), (&mut *factor, mixed));
     scratch.is_audited = step.asks_for_exact_residual(audit.is_some());
     let is_linear_step = !step.is_static && step.newton_iterations == 1;
     // The position tolerance is ignored in retries: in a short sub-step every motion is small against an edge.
@@ -173,6 +173,7 @@ fn solve_body(
         // No answer: a value that is not finite is caught after the step, which is then rolled back.
         Err(_) => result.linear_residual = f64::NAN,
     }
+    result.fallback_factors += factor.take_fallbacks();
     // Solves of other systems in this scratch ask for their residual alone.
     scratch.near = 0.0;
     if step.newton_iterations == 1 {
