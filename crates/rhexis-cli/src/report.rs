@@ -229,6 +229,8 @@ pub(super) struct SolverFigures {
     pub unconverged: Count,
     /// Steps in which the rotated tangent had to take the exact one's place.
     pub fell_back: Count,
+    /// Steps in which a Cholesky factor was made on the spot, where a linear solve had come to nothing without one.
+    pub fallback_factors: Count,
     /// Steps in which a linear solve stopped because its time was up.
     pub late: Count,
     /// Steps in which a body took only a fraction of its increment, lest it create energy.
@@ -303,6 +305,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             unsolved: t.unsolved,
             unconverged: t.unconverged,
             fell_back: t.fell_back,
+            fallback_factors: t.fallback_factors,
             late: t.late,
             step_limited: t.step_limited,
             relaxed: t.relaxed,

@@ -39,6 +39,8 @@ pub(super) struct Tally {
     pub unconverged: Count,
     /// Steps in which the exact tangent was indefinite and the rotated one took its place.
     pub fell_back: Count,
+    /// Steps in which a Cholesky factor was made on the spot, where a linear solve had come to nothing without one.
+    pub fallback_factors: Count,
     /// Steps in which a linear solve stopped because its time was up.
     pub late: Count,
     /// Steps in which a body took only a fraction of its increment, lest it create energy.
@@ -140,6 +142,7 @@ impl Tally {
         self.unsolved.note(is_one_solve && is_open, o.step);
         self.unconverged.note(report.bodies.iter().any(|body| !body.is_converged), o.step);
         self.fell_back.note(report.bodies.iter().any(|body| body.fell_back), o.step);
+        self.fallback_factors.note(report.bodies.iter().any(|body| body.fallback_factors > 0), o.step);
         self.late.note(report.bodies.iter().any(|body| body.is_late), o.step);
         self.step_limited.note(report.bodies.iter().any(|body| body.any_substep_limited), o.step);
         let relaxed = report.bodies.iter().map(|body| body.relaxed_vertices).max().unwrap_or(0);
