@@ -8,31 +8,27 @@ use crate::systems::fracture::{EnergyTerms, Surface, SurfaceQuery, TipMemory, en
 use glam::DVec3;
 
 impl Simulation {
-    /// Criterion at every tip of the body as it stands, in the order of the tips' rows; empty for one that cannot tear. Of a tip the row of its
-    /// vertex, the unit direction of its last advance, and the decision where a direction is admissible.
+    /// Criterion at every tip of the body as it stands, in the order of the tips' rows; `None` where no direction is admissible. Empty for a
+    /// body that cannot tear.
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn tip_decisions(
-        &self,
-        body: BodyId,
-    ) -> Result<Vec<(u32, Option<DVec3>, Option<TearDecision>)>, SimulationError> {
+    pub fn tip_decisions(&self, body: BodyId) -> Result<Vec<Option<TearDecision>>, SimulationError> {
         type Query<'a> = (SurfaceQuery<'a>, Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>);
         let mut query = self.world.query_one::<Query>(body.entity());
         let (surface, tearing, energy) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some((tearing, tips)) = tearing else { return Ok(Vec::new()) };
         let surface = Surface::of(surface);
         let mut memory = TipMemory::default();
-        let answers = (0..tips.len()).map(|tip| {
+        let decisions = (0..tips.len()).map(|tip| {
             let place = (tips.vertex[tip], tips.previous[tip]);
-            let decision = match energy {
+            match energy {
                 Some(energy) => energy_decision(&surface, EnergyTerms { tearing, energy }, tip, place, &mut memory)
                     .map(|found| found.0),
                 None => tip_decision(&surface, tearing, tip, place, &mut memory),
-            };
-            (place.0, (place.1 != DVec3::ZERO).then_some(place.1), decision)
+            }
         });
-        Ok(answers.collect())
+        Ok(decisions.collect())
     }
 
     /// Elastic forces of the membrane on every vertex \[N\], as it stands: without bending, damping, loads, contact and holds.

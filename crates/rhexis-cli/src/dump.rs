@@ -5,7 +5,7 @@ use super::series::Observation;
 use glam::DVec3;
 use rhexis::components::{Forces, TearDecision};
 use rhexis::frame::Frame;
-use rhexis::storage::Vertices;
+use rhexis::storage::{Tips, Vertices};
 use rhexis_scene::Instance;
 use std::fs::File;
 use std::path::Path;
@@ -84,9 +84,9 @@ fn vertices_and_tips(folder: &Path, instance: &mut Instance) -> Result<(), Strin
         // The bodies of a scene exist.
         let elastic = simulation.elastic_forces(body).unwrap_or_default();
         let decisions = simulation.tip_decisions(body).unwrap_or_default();
-        let Ok((table, forces)) = simulation.world_mut().query_one_mut::<(&Vertices, &Forces)>(body.entity()) else {
-            continue;
-        };
+        type Query<'a> = (&'a Vertices, &'a Forces, Option<&'a Tips>);
+        let found = simulation.world_mut().query_one_mut::<Query>(body.entity());
+        let Ok((table, forces, ends)) = found else { continue };
         for (v, velocity) in table.velocity.iter().enumerate() {
             // None where a tear or a state that was read has made other vertices since the last solve.
             let solved = forces.nodal.get(v).filter(|_| forces.nodal.len() == table.len());
@@ -96,11 +96,12 @@ fn vertices_and_tips(folder: &Path, instance: &mut Instance) -> Result<(), Strin
             );
             vertices.push(row);
         }
-        for (tip, (vertex, previous, decision)) in decisions.into_iter().enumerate() {
-            let v = vertex as usize;
+        let ends = ends.into_iter().flat_map(|ends| ends.vertex.iter().zip(&ends.previous));
+        for (tip, ((vertex, previous), decision)) in ends.zip(decisions).enumerate() {
+            let v = *vertex as usize;
             let mut row = vec![name.clone(), tip.to_string(), vertex.to_string()];
             row.extend(numbers(Some(table.position[v])).chain(numbers(Some(table.rest_position[v]))));
-            row.extend(numbers(previous));
+            row.extend(numbers((*previous != DVec3::ZERO).then_some(*previous)));
             row.extend(decided(decision));
             tips.push(row);
         }
