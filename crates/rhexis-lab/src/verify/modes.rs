@@ -18,7 +18,8 @@ const VECTORS: usize = 24;
 pub(super) fn lowest_frequencies(body: &Snapshot, free: &FreeAxes, count: usize) -> Result<Vec<f64>, VerifyError> {
     let operator = operator(&body.vertices, &body.triangles, &body.topology, &body.frames);
     let mass = &body.vertices.mass;
-    let mut scratch = SolverScratch { free: free.clone(), ..SolverScratch::default() };
+    let mut scratch = SolverScratch::default();
+    scratch.free.clone_from(free);
     let (mut corner, mut passes) = (Vec::new(), BendingPasses::default());
     let params = LinearParams::by_residual(1e-12, 20_000);
     let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).zip(mass).map(|((a, b), m)| a.dot(*b) * m).sum::<f64>();

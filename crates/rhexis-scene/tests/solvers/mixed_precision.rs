@@ -102,8 +102,9 @@ impl Torn {
         tolerance: f64,
         kind: Option<MixedPreconditioner>,
     ) -> (Result<CgInfo, CgError>, Vec<DVec3>) {
-        let mut scratch =
-            SolverScratch { free: self.free.clone(), residual: self.load.clone(), ..SolverScratch::default() };
+        let mut scratch = SolverScratch::default();
+        scratch.free.clone_from(&self.free);
+        scratch.residual.clone_from(&self.load);
         let mut memory = ProductMemory { corner: &mut Vec::new(), passes: &mut BendingPasses::default() };
         let mut mixed = MixedSolver::default();
         let mut available = Available { factor: None, mixed: kind.map(|kind| (&mut mixed, kind)) };

@@ -106,8 +106,9 @@ impl System {
 
     /// Iterations to a relative residual.
     fn iterations(&self, mixed: &mut MixedSolver, tolerance: f64) -> u32 {
-        let mut scratch =
-            SolverScratch { free: self.free.clone(), residual: self.load.clone(), ..SolverScratch::default() };
+        let mut scratch = SolverScratch::default();
+        scratch.free.clone_from(&self.free);
+        scratch.residual.clone_from(&self.load);
         let mut memory = ProductMemory { corner: &mut Vec::new(), passes: &mut BendingPasses::default() };
         let mut x = self.guess.clone();
         let mut available = Available { factor: None, mixed: Some((mixed, MixedPreconditioner::Multigrid)) };
