@@ -19,38 +19,36 @@ use glam::{DMat3, DVec2, DVec3};
 const LEAST_GUIDED_PIVOT: f64 = 1e-12;
 
 /// Guides in a solve, with the inverse of the block of each list of vertices that move alike.
-pub(super) struct Guides {
-    constraints: Box<GuideConstraints>,
-    blocks: Vec<DMat3>,
-}
+pub(super) struct Guides(GuideConstraints);
 
 impl Guides {
     /// The body's guides, whose forces are added to the right-hand side; `None` where there are none.
-    pub(super) fn begin(operator: &Operator, scratch: &mut SolverScratch) -> Option<Self> {
+    pub(super) fn begin(operator: &Operator, passes: &mut BendingPasses, scratch: &mut SolverScratch) -> Option<Self> {
         if scratch.guide_constraints.is_empty() {
             return None;
         }
-        let constraints = std::mem::take(&mut scratch.guide_constraints);
+        let mut constraints = std::mem::take(&mut scratch.guide_constraints);
         constraints.add_forces(&mut scratch.residual);
-        Some(Self { blocks: inverse_blocks(operator, &constraints), constraints })
+        invert_blocks(operator, &mut constraints, passes, scratch);
+        Some(Self(constraints))
     }
 
     /// Gives the guides back after the solve.
     pub(super) fn end(self, scratch: &mut SolverScratch) {
-        scratch.guide_constraints = self.constraints;
+        scratch.guide_constraints = self.0;
     }
 
     /// Projects forces orthogonally onto free axes and guides.
-    fn project(&self, free: &FreeAxes, forces: &mut [DVec3]) {
-        self.constraints.level(forces);
-        scale((&self.constraints, free), forces, 1.0);
+    fn project(&mut self, free: &FreeAxes, forces: &mut [DVec3]) {
+        self.0.level(forces);
+        scale((&mut self.0, free), forces, 1.0);
     }
 
     /// Writes the answer of the blocks to the residual `r` into `z`, and returns their part of r·z.
     fn precondition(&self, r: &[DVec3], z: &mut [DVec3]) -> f64 {
         let mut sum = 0.0;
-        for (group, inverse) in self.blocks.iter().enumerate() {
-            let (rows, directions) = self.constraints.group(group);
+        for (group, inverse) in self.0.inverse_blocks.iter().enumerate() {
+            let (rows, directions) = self.0.group(group);
             let force: DVec3 = rows.iter().map(|&row| r[row as usize]).sum();
             let mut parts = DVec3::ZERO;
             directions.iter().enumerate().for_each(|(i, d)| parts[i] = d.dot(force));
@@ -63,13 +61,20 @@ impl Guides {
     }
 }
 
-/// The inverse of Zᵀ·A·Z for each list of vertices that move alike, Z having their directions in its columns.
-fn inverse_blocks(operator: &Operator, guide_constraints: &GuideConstraints) -> Vec<DMat3> {
-    let of_group = |group: usize| {
-        let (rows, directions) = guide_constraints.group(group);
+/// Inverts Zᵀ·A·Z for each list of vertices that move alike, Z having their directions in its columns.
+fn invert_blocks(
+    operator: &Operator,
+    constraints: &mut GuideConstraints,
+    passes: &mut BendingPasses,
+    scratch: &mut SolverScratch,
+) {
+    let mut blocks = std::mem::take(&mut constraints.inverse_blocks);
+    blocks.clear();
+    for group in 0..constraints.len() {
+        let (rows, directions) = constraints.group(group);
         let block = match rows {
             [row] => operator.diagonal_block(*row as usize),
-            _ => sum_of_blocks(operator, rows),
+            _ => sum_of_blocks(operator, rows, passes, scratch),
         };
         let mut own = DMat3::IDENTITY;
         for (j, d) in directions.iter().enumerate() {
@@ -78,19 +83,25 @@ fn inverse_blocks(operator: &Operator, guide_constraints: &GuideConstraints) -> 
             directions.iter().enumerate().for_each(|(i, e)| column[i] = e.dot(image));
             *own.col_mut(j) = column;
         }
-        inverse(own, directions.len())
-    };
-    (0..guide_constraints.len()).map(of_group).collect()
+        blocks.push(inverse(own, directions.len()));
+    }
+    constraints.inverse_blocks = blocks;
 }
 
 /// Σ over pairs of rows of their blocks of A: how the sum of their forces answers a common displacement.
-fn sum_of_blocks(operator: &Operator, rows: &[u32]) -> DMat3 {
-    let count = operator.vertices.len();
-    let (mut moved, mut forces) = (vec![DVec3::ZERO; count], vec![DVec3::ZERO; count]);
-    let mut passes = BendingPasses::default();
+fn sum_of_blocks(
+    operator: &Operator,
+    rows: &[u32],
+    passes: &mut BendingPasses,
+    SolverScratch { direction: moved, product: forces, .. }: &mut SolverScratch,
+) -> DMat3 {
+    for vector in [&mut *moved, forces] {
+        vector.clear();
+        vector.resize(operator.vertices.len(), DVec3::ZERO);
+    }
     let mut column = |axis: DVec3| -> DVec3 {
         rows.iter().for_each(|&row| moved[row as usize] = axis);
-        operator.apply_sparse(&moved, &mut forces, &mut passes);
+        operator.apply_sparse(moved, forces, passes);
         rows.iter().map(|&row| forces[row as usize]).sum()
     };
     DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
@@ -109,15 +120,10 @@ fn inverse(block: DMat3, size: usize) -> DMat3 {
 }
 
 /// Multiplies vectors by a factor along free axes and guides, and leaves nothing of them elsewhere.
-pub fn scale((guide_constraints, free): (&GuideConstraints, &FreeAxes), vectors: &mut [DVec3], factor: f64) {
-    let guided: Vec<DVec3> = guide_constraints.rows().iter().map(|&row| vectors[row as usize]).collect();
+pub fn scale((guides, free): (&mut GuideConstraints, &FreeAxes), vectors: &mut [DVec3], factor: f64) {
+    guides.take_guided(vectors);
     parallel::for_rows(vectors, |v, vector| *vector *= free[v] * factor);
-    let groups = (0..guide_constraints.len()).map(|group| guide_constraints.group(group));
-    let rows = groups.flat_map(|(rows, directions)| rows.iter().map(move |&row| (row, directions)));
-    for ((row, directions), own) in rows.zip(guided) {
-        let along: DVec3 = directions.iter().map(|d| *d * d.dot(own)).sum();
-        vectors[row as usize] += along * factor;
-    }
+    guides.add_guided(factor, vectors);
 }
 
 /// Solves A·x = b as [`cg::solve`](super::cg::solve) does, from a zero guess along free axes and guides.
@@ -125,7 +131,7 @@ pub fn scale((guide_constraints, free): (&GuideConstraints, &FreeAxes), vectors:
 /// # Errors
 /// See [`CgError`].
 pub(super) fn solve(
-    guides: &Guides,
+    guides: &mut Guides,
     operator: &Operator,
     params: &LinearParams,
     memory: &mut ProductMemory<'_>,
@@ -138,7 +144,7 @@ pub(super) fn solve(
     let SolverScratch { free, residual, direction, product, partials, stops, reference_sq, .. } = scratch;
     [&mut *direction, product].into_iter().for_each(|vector| vector.resize(n, DVec3::ZERO));
     parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
-    guides.constraints.take(x);
+    guides.0.take(x);
     operator.apply(x, free, memory, product, partials);
     parallel::for_rows(residual, |v, r| *r -= product[v]);
     guides.project(free, residual);
@@ -158,7 +164,7 @@ pub(super) fn solve(
 
 /// Vectors on free axes and along guides.
 struct Guided<'a, 'b, P> {
-    guides: &'a Guides,
+    guides: &'a mut Guides,
     on_axes: Free<'a, 'b, P>,
 }
 

@@ -94,9 +94,9 @@ pub fn solve(
     if let Some((mixed, _)) = &mut available.mixed {
         mixed.forget_operator();
     }
-    let guides = Guides::begin(operator, scratch);
+    let mut guides = Guides::begin(operator, memory.passes, scratch);
     let attempts = available.attempts(operator, &scratch.free, guides.is_some());
-    let mut solve = Solve { operator, params: *params, guides: guides.as_ref(), memory, x, scratch };
+    let mut solve = Solve { operator, params: *params, guides: guides.as_mut(), memory, x, scratch };
     let result = solve.in_order(&attempts, available);
     if let Some(guides) = guides {
         guides.end(scratch);
@@ -137,7 +137,7 @@ impl Available<'_> {
 struct Solve<'a, 'b> {
     operator: &'a Operator<'a>,
     params: LinearParams,
-    guides: Option<&'a Guides>,
+    guides: Option<&'a mut Guides>,
     memory: &'a mut ProductMemory<'b>,
     x: &'a mut [DVec3],
     scratch: &'a mut SolverScratch,

@@ -6,8 +6,8 @@ mod common;
 use common::Square;
 use glam::DVec3;
 use rhexis::components::{
-    Bending, ChangeSet, Changes, Contact, Curve, Damping, Drag, EnergyCriterion, Fibres, Gravity, Hold, Jaws, Material,
-    Obstacle, Pose, Shape, Sleeping, TearLog, Tearing, Toughness,
+    Bending, ChangeSet, Changes, Contact, Curve, Damping, Drag, EnergyCriterion, Fibres, Gravity, Guide, Hold,
+    HoldGuides, Jaws, Material, Obstacle, Pose, Shape, Sleeping, TearLog, Tearing, Toughness,
 };
 use rhexis::generate;
 use rhexis::membrane::Membrane;
@@ -58,6 +58,7 @@ fn main() {
     }
 
     accurate_steps_allocate_nothing();
+    guided_steps_allocate_nothing();
     an_embedding_loop_allocates_nothing();
     many_bodies_allocate_nothing();
     for is_bent in [false, true] {
@@ -130,6 +131,25 @@ fn accurate_steps_allocate_nothing() {
         }
     });
     assert_eq!(count, 0, "accurate steps");
+}
+
+/// A strip drawn by vertices that move along a direction, and by some that move alike.
+fn guided_steps_allocate_nothing() {
+    let right = Guide::Together { force: DVec3::new(0.01, 0.0, 0.0), curve: Curve::ramp(50.0, 1.0).unwrap() };
+    for guide in [Guide::Along(DVec3::Y), Guide::Across(DVec3::X), right] {
+        let mesh = generate::grid(6.0, 4.0, 6, 4).unwrap();
+        let rows = |x: f64| (0..).zip(&mesh.positions).filter(move |(_, p)| p.x == x).map(|(row, _)| row);
+        let (left, held) = (Hold::new("left", rows(0.0)), Hold::new("right", rows(6.0)));
+        let material = Material { thickness: 0.1, ..Material::allard_2009() };
+        let strip = Membrane::new("strip", mesh.clone(), material).hold(left).hold(held);
+        let strip = strip.with(HoldGuides { list: vec![(1, guide.clone())] }).with(Damping { time: 1.0 });
+        let advanced = Advanced { preconditioner: Preconditioner::BlockJacobi, ..Advanced::default() };
+        let mut simulation = Simulation::new(Settings { threads: 1, advanced, ..Settings::default() }).unwrap();
+        simulation.spawn(strip).unwrap();
+        (0..4).for_each(|_| _ = simulation.step(5.0).unwrap());
+        let count = allocations(|| (0..50).for_each(|_| _ = simulation.step(5.0).unwrap()));
+        assert_eq!(count, 0, "guided steps, {guide:?}");
+    }
 }
 
 /// All that a loop of pictures asks for, and a system of the caller's.

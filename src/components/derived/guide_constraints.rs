@@ -1,7 +1,7 @@
 //! The motions that guides of holds allow, as a step needs them.
 
 use crate::components::{Guide, Hold, Planar};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use smallvec::SmallVec;
 use std::ops::Range;
 
@@ -10,6 +10,10 @@ use std::ops::Range;
 pub struct GuideConstraints {
     rows: Vec<u32>,
     groups: Vec<Group>,
+    /// Inverse block of each list in the solve at hand \[mm/N\].
+    pub(crate) inverse_blocks: Vec<DMat3>,
+    /// Vectors of the guided rows while all rows are scaled.
+    guided: Vec<DVec3>,
 }
 
 /// Vertices that move alike.
@@ -71,11 +75,6 @@ impl GuideConstraints {
         (&self.rows[rows.clone()], directions)
     }
 
-    /// All guided rows.
-    pub fn rows(&self) -> &[u32] {
-        &self.rows
-    }
-
     /// Calls with every list's rows, and the mean of the vectors there as far as it lies along their directions.
     fn for_each_mean(&self, vectors: &mut [DVec3], mut call: impl FnMut(&mut [DVec3], &[u32], &[DVec3], DVec3)) {
         for group in 0..self.len() {
@@ -95,6 +94,22 @@ impl GuideConstraints {
                 *own += mean - along;
             }
         });
+    }
+
+    /// Takes the vectors of the guided rows.
+    pub(crate) fn take_guided(&mut self, vectors: &[DVec3]) {
+        self.guided.clear();
+        self.guided.extend(self.rows.iter().map(|&row| vectors[row as usize]));
+    }
+
+    /// Adds the parts along the directions of the vectors [taken](Self::take_guided), times a factor.
+    pub(crate) fn add_guided(&self, factor: f64, vectors: &mut [DVec3]) {
+        for Group { rows, directions, .. } in &self.groups {
+            for (&row, own) in self.rows[rows.clone()].iter().zip(&self.guided[rows.clone()]) {
+                let along: DVec3 = directions.iter().map(|d| *d * d.dot(*own)).sum();
+                vectors[row as usize] += along * factor;
+            }
+        }
     }
 
     /// Subtracts the mean component along the directions, for vertices that move alike.

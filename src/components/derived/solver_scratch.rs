@@ -47,7 +47,7 @@ pub struct SolverScratch {
     /// 1 along free axes, 0 along prescribed ones.
     pub free: FreeAxes,
     /// Motions of guided vertices, which have no free axes for them.
-    pub guide_constraints: Box<GuideConstraints>,
+    pub guide_constraints: GuideConstraints,
     /// Right-hand side b \[N\] before a solve, its residual b − A·δ after it.
     pub residual: Vec<DVec3>,
     /// Right-hand side \[N\] of a solve in double precision that may have to begin anew.

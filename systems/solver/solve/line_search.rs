@@ -37,7 +37,7 @@ pub(super) fn reject_increment(increment: &mut Increment, scratch: &mut SolverSc
     }
     let back = if search.fraction == 1.0 { -0.5 } else { 0.5 };
     let SolverScratch { free, guide_constraints, .. } = scratch;
-    scale_guided((guide_constraints, free), &mut increment.delta, back);
+    scale_guided((guide_constraints, &*free), &mut increment.delta, back);
     scratch.line_search = Some(LineSearch { fraction: 0.5 * search.fraction, ..search });
     true
 }
