@@ -59,7 +59,7 @@ pub struct StepContext {
     pub is_fallback: bool,
     /// The corrector: a second solve of the step, which decides on tears that are due.
     pub is_corrector: bool,
-    /// Maximum Newton corrections from the state reached, where the step would create energy.
+    /// Newton corrections left, for bodies that would create energy.
     pub newton_corrections: u32,
     /// Whether this solve is a Newton correction.
     pub is_correction: bool,
@@ -73,13 +73,13 @@ pub struct StepContext {
     pub max_tear_passes: u32,
     /// Work that a body may take in the whole step, of which this may be a part.
     pub budget: Option<u32>,
-    /// Solves that are to be left work for after this part.
+    /// Number of later solves for which the budget reserves work.
     pub reserved: u32,
     /// Preconditioner of its solves.
     pub preconditioner: Preconditioner,
     /// Precision of its iterations.
     pub precision: Precision,
-    /// Newton iterations at the most.
+    /// Maximum Newton iterations.
     pub newton_iterations: u32,
     /// Imbalance, as a fraction of the largest corner force, at which Newton stops.
     pub newton_tolerance: f64,
@@ -192,7 +192,7 @@ impl StepContext {
         Self { formula: Formula::Trapezoidal, time: self.time - self.dt + GAMMA * self.dt, ..self.before(1) }
     }
 
-    /// From the start of the step to the end of this stage \[ms\].
+    /// Time \[ms\] from the start of the step to the end of this stage.
     pub fn stage_dt(&self) -> f64 {
         if self.formula == Formula::Trapezoidal { GAMMA * self.dt } else { self.dt }
     }

@@ -14,7 +14,7 @@ pub const EVALUATION: u32 = 7;
 /// Work of the matrix and its preconditioner in a solve.
 pub const SET_UP: u32 = 11;
 
-/// Iterations of a solve whose step has none left.
+/// Minimum iterations of a solve whose budget is used up.
 pub const LEAST_ITERATIONS: u32 = 4;
 
 /// Number of triangles over which an iteration takes as long as an advance of a tear.

@@ -11,7 +11,7 @@ use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
 use crate::systems::kernels::membrane_lanes::{doubles, rotated};
 use crate::systems::kernels::simd::Kernel;
 
-/// Triangles of a body, every one with its whole displacement: the rows have nothing in them.
+/// Kernel over the triangles of a body, with the whole answer; its rows are empty.
 pub(super) struct Whole<'a, 'b, S> {
     pub solved: &'a Solved<'b>,
     /// States of all triangles, as the body's are stored.

@@ -22,12 +22,12 @@ const SWEEPS: u32 = 40;
 /// A sweep that moves no vertex by more than this part of the size of a triangle is the last.
 const SETTLED: f64 = 1e-4;
 
-/// Most halvings of a move, until it lowers the potential by this part of the decrease promised by its slope (Armijo 1966).
+/// Maximum halvings of a move that does not pass the test of [`ARMIJO_OF_MOVE`].
 const MOVE_HALVINGS: u32 = 12;
 const ARMIJO_OF_MOVE: f64 = 1e-4;
 
-/// Most times that a local relaxation is enlarged.
-const MOST_ENLARGEMENTS: u32 = 4;
+/// Most rounds of a local relaxation; every one after the first enlarges it.
+const MOST_RELAXATION_ROUNDS: u32 = 4;
 
 /// Ratio of vertex stiffness (jaws, springs, mass) to membrane stiffness above which a vertex keeps the displacement of the solve.
 const LED: f64 = 10.0;
@@ -41,7 +41,7 @@ const MOST_RELAXED_OF_FEW: f64 = 0.15;
 /// Number of relaxed vertices up to which the size limit of small bodies applies.
 const FEW_VERTICES: f64 = 24.0;
 
-/// Factor on the vertices of a local relaxation in a body that gets a Newton correction anyway, and its most sweeps.
+/// Factor on the vertex limit of a local relaxation in a body that gets a Newton correction anyway.
 const WIDER: usize = 4;
 const FEW_SWEEPS: u32 = 8;
 
@@ -68,7 +68,7 @@ impl LocalRelaxation {
         mut judge: impl FnMut(&Self) -> f64,
     ) -> Option<f64> {
         self.begin(solved);
-        for round in 0..MOST_ENLARGEMENTS {
+        for round in 0..MOST_RELAXATION_ROUNDS {
             let triangles = if round == 0 { extent.triangles } else { usize::MAX };
             let is_enough = self.grow(solved, sum - most, &Extent { triangles, ..*extent });
             if !is_enough && !extent.is_partial {
@@ -146,7 +146,7 @@ impl LocalRelaxation {
         is_enough
     }
 
-    /// Adds vertices unless there would be more than `most`; returns whether they were added.
+    /// Adds vertices, or none where there would be more than `most`; returns whether they were added.
     fn take(&mut self, vertices: &[u32], most: usize) -> bool {
         let before = self.rows.len();
         self.add(vertices);
@@ -175,7 +175,7 @@ impl LocalRelaxation {
         (MOST_RELAXED * count).max((MOST_RELAXED_OF_FEW * count).min(FEW_VERTICES)) as usize
     }
 
-    /// Moves its vertices one after the other. `full` is the operator of the solve, with loads and all.
+    /// Sweeps over the relaxed vertices, each moved with all others at rest. `full` is the operator of the solve, with loads and all.
     fn descend(&mut self, solved: &Solved, full: &Operator, sweeps: u32) {
         for _ in 0..sweeps {
             let mut farthest = 0.0_f64;
@@ -188,7 +188,7 @@ impl LocalRelaxation {
         }
     }
 
-    /// Moves a vertex; returns by how much, over the size of its triangles.
+    /// Moves a vertex; returns the length of the move over the size of its smallest triangle.
     fn descend_at(&mut self, v: usize, solved: &Solved, full: &Operator) -> f64 {
         let Operator { triangles, topology, frames, .. } = *full;
         let undamped = Operator { viscosity: 0.0, ..*full };

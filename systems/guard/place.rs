@@ -1,4 +1,4 @@
-//! Names the place and the cause of the spurious energy of a solve that is refused. It runs where a solve is refused only.
+//! Place and cause of spurious energy, found for every solve above the limit but later Newton corrections.
 
 use super::solved::{Solved, Sums};
 use crate::components::{ExternalStiffness, Grips};
@@ -58,7 +58,7 @@ impl Solved<'_> {
         of_triangle(cause, (vertices, triangles), t, sum)
     }
 
-    /// Which cause the stress of a triangle counts as.
+    /// Cause of a triangle's membrane energy: grips or contact at a corner, or else the membrane.
     fn holder(&self, t: usize, (grips, external): Holders<'_>) -> GuardCause {
         let (triangles, topology) = (self.operator.triangles, self.operator.topology);
         let corners = triangles.corners[t];

@@ -1,4 +1,4 @@
-//! A body with the solve's answer: the spurious energy of a fraction of the increment.
+//! Spurious energy of a fraction of a solve's answer.
 
 use super::lanes::Whole;
 use super::{shorter, slack_energy};

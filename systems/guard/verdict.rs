@@ -8,7 +8,7 @@ use crate::event::{GuardCause, GuardPlace};
 use crate::systems::solver::Operator;
 use glam::DVec3;
 
-/// Remedies permitted for an answer that creates too much energy.
+/// Remedies permitted for an answer that creates too much energy, and whether it is a Newton correction's.
 pub(super) struct Permitted {
     /// Largest number of triangles from which the first local relaxation may start.
     pub triangles: usize,
@@ -131,7 +131,7 @@ impl Judged<'_> {
 }
 
 impl Verdict {
-    /// Carries it out. `limit` is that of the spurious energy in this step \[mJ\].
+    /// Applies the verdict to the body. `limit` is that of the spurious energy in this step \[mJ\].
     pub(super) fn apply(
         self,
         place: Option<GuardPlace>,

@@ -9,7 +9,7 @@ use crate::systems::{StepContext, contact, work};
 use hecs::{Entity, World};
 use smallvec::SmallVec;
 
-/// Attempts per level of halving, after which the rest of the step is taken by fallback sub-steps.
+/// Factor on the levels of halving: the attempts at a step, in total, before fallback sub-steps take the rest.
 const TRIES: u32 = 3;
 
 /// One dynamic step of all bodies. One that it leaves in no sound state is retried by itself, [in halves](crate::settings::Advanced::max_step_halvings), and the
