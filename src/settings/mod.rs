@@ -49,9 +49,9 @@ pub enum Integrator {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preconditioner {
-    /// By kind of solve and size. In static solves a Cholesky factor renewed on the spot, over 200,000 free axes multigrid. In
+    /// By kind of solve and size. In static solves a Cholesky factor (block Jacobi without feature `direct`), over 200,000 free axes multigrid. In
     /// dynamic steps an incomplete factor; multigrid on planar bodies from 1,000 free axes on, 2,000 where they may tear, and over
-    /// 40,000 on all. A dynamic solve of up to 40,000 free axes that has come to nothing in 500 iterations makes a Cholesky factor on the
+    /// 40,000 on all. In mixed precision, a solve of up to 40,000 free axes that fails in 500 iterations makes a Cholesky factor on the
     /// spot, with which the next 16 begin.
     #[default]
     Auto,
@@ -59,7 +59,7 @@ pub enum Preconditioner {
     /// finer the mesh. Right where memory is short, and for dynamic steps so short that inertia keeps the iterations few.
     BlockJacobi,
     /// An incomplete Cholesky factor with the fill of level one, made anew for every solve: about a quarter of block Jacobi's
-    /// iterations, each twice as long. Right for dynamic steps of bodies that tear, bend and slacken. It serves the rotated tangent
+    /// iterations, each twice as long. Right for dynamic steps of bodies that tear, bend and slacken. It serves the rotated and projected tangents
     /// in [`Precision::Mixed`]; elsewhere this is block Jacobi.
     IncompleteCholesky,
     /// Multigrid: a cycle over coarser and coarser levels that follow the surface and its tears. About 6 iterations per solve to
@@ -68,7 +68,7 @@ pub enum Preconditioner {
     /// factor's iterations, but new numbers at every step, each as long as six of them. With less than 20,000 triangles the
     /// incomplete factor is faster there.
     Multigrid,
-    /// A sparse Cholesky factor of the operator, renewed on the spot as soon as it needs more than ten iterations. One to ten per
+    /// A sparse Cholesky factor of the operator, renewed on the spot as soon as it needs more than ten iterations, 60 with guides. One to ten per
     /// solve, and a step now and then that takes as long as twenty others. Right for static solves and for tight tolerances. A
     /// factor of a sheet of 100,000 free axes takes 0.1 GB and half a second. Without the crate's feature `direct` this is the
     /// incomplete one.
@@ -84,7 +84,7 @@ pub enum Precision {
     #[default]
     Mixed,
     /// Double precision alone, preconditioned by block Jacobi or a Cholesky factor: the plain path that the other is tested
-    /// and timed against. Static solves and the exact tangent always take it.
+    /// and timed against. Static solves and exact tangents iterate in it; multigrid cycles are single.
     Double,
 }
 

@@ -47,7 +47,7 @@ impl AdvanceBudget {
     }
 }
 
-/// Whether a corrector solve is due: a tear nucleates, a ligament parts, a tip has the budget to advance, or its criterion is near 1.
+/// Whether a corrector solve is due: a tear nucleates, a ligament parts, or a tip above 1 has the budget to advance or is at most 5 % above.
 fn will_tear(
     tables: (&Vertices, &Triangles, &Topology),
     (tearing, tips, decisions): (&Tearing, &Tips, &TearDecisions),

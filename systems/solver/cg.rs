@@ -18,7 +18,7 @@ const CURVATURE_ROUNDING: f64 = 1e-12;
 pub struct CgInfo {
     /// Iterations done.
     pub iterations: u32,
-    /// Norm of the residual over the norm of the right-hand side (with the prescribed motion on its right side).
+    /// Norm of the residual over that of the step's largest right-hand side, prescribed motion included.
     pub relative_residual: f64,
     /// Squared energy norm of the error, as estimated \[mJ\].
     pub error_energy: f64,

@@ -36,7 +36,7 @@ pub(super) struct Limits {
 /// Relative residual, over the stress tolerance, that suffices by itself.
 const FAR_BELOW: f64 = 1e-3;
 
-/// Smallest residual reduction asked of one round; below a tenth of it single precision only adds noise.
+/// Smallest ratio of the residual after one round to that before it that is asked for; below a tenth of it single precision only adds noise.
 const MOST_REDUCTION: f64 = 1e-5;
 
 /// Largest ratio of remaining to removed squared error at which the position tolerance may stop a solve.

@@ -41,7 +41,7 @@ pub fn load_product(edges: [DVec3; 3], u: [DVec3; 3]) -> [DVec3; 3] {
     edges.map(|edge| turned - edge.cross(sum))
 }
 
-/// The block of corners `i` and `j` of it \[N/mm\].
+/// Block of corners `i` and `j` in a triangle's load stiffness \[N/mm\].
 pub fn load_block(edges: &[DVec3; 3], i: usize, j: usize) -> DMat3 {
     let DVec3 { x, y, z } = edges[j] - edges[i];
     DMat3::from_cols(DVec3::new(0.0, z, -y), DVec3::new(-z, 0.0, x), DVec3::new(y, -x, 0.0))

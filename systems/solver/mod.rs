@@ -1,5 +1,5 @@
 //! The linear system of a Newton iteration and its solvers: conjugate gradients in double precision without a matrix, and in
-//! mixed precision on small matrices.
+//! mixed precision on element matrices; Cholesky factors with the feature `direct`.
 
 mod block_jacobi;
 mod cg;
@@ -27,7 +27,7 @@ pub use preconditioned::{Available, FactorUse, solve};
 use crate::math::elementary::{exponent, power_of_two};
 use glam::DVec3;
 
-/// A power of two by which a residual is multiplied on its way into single precision, so that it neither over- nor underflows there.
+/// Power of two that brings the largest component of a residual to order one, against over- and underflow in a preconditioner.
 fn scale_to_single(r: &[DVec3]) -> f64 {
     let largest = r.iter().map(|r| r.abs().max_element()).fold(0.0, f64::max);
     if largest.is_normal() { power_of_two((-exponent(largest)).clamp(-1000, 1000)) } else { 1.0 }

@@ -1,4 +1,4 @@
-//! Operator A = M/s² + external stiffness + bending + Σ over triangles of (1 + β/s)·elastic + geometric stiffness, applied matrix-free.
+//! Operator A = M/s² + external stiffness + bending + Σ over triangles of (1 + β/s)·elastic + geometric + load stiffness, applied matrix-free.
 //! The effective time step s is that of the formula.
 //!
 //! Every triangle has a force for each of its corners, every vertex the sum of its corners in the order of triangle rows. No two
@@ -99,7 +99,7 @@ impl Operator<'_> {
         }
     }
 
-    /// The rotated tangent of a triangle, where the operator is made of exact ones: that is never indefinite.
+    /// Rotated tangent of a triangle of an exact operator, for preconditioners in single precision; never indefinite.
     #[inline(never)]
     pub fn rotated_element(&self, t: usize) -> ElementTangent<'_> {
         let element = self.element(t);
@@ -233,7 +233,7 @@ impl Operator<'_> {
         })
     }
 
-    /// The 3×3 block of vertex `v` on the diagonal \[N/mm\]; of bending that of its dihedrals.
+    /// The 3×3 block of vertex `v` on the diagonal \[N/mm\]; dihedrals included, load stiffness has none.
     pub fn diagonal_block(&self, v: usize) -> DMat3 {
         let incident = &self.topology.incident[v];
         let own = self.vertex_block(v) + self.folds.map_or(DMat3::ZERO, |folds| self.bending_block(folds, v));

@@ -1,9 +1,9 @@
 //! One linear solve: the preconditioners that are available, in the order in which they are tried, and conjugate gradients with each
-//! until one meets the tolerance.
+//! until one meets the tolerance; a present factor always ends the solve.
 //!
 //! 1. a Cholesky factor of an earlier state;
 //! 2. a Cholesky factor of the present state;
-//! 3. the mixed-precision solver with its own preconditioner, or multigrid cycles in double precision for exact tangents;
+//! 3. the mixed-precision solver; for exact tangents, multigrid cycles in single precision within double-precision iterations;
 //! 4. a Cholesky factor made on the spot, where the mixed-precision solver fails in a dynamic step;
 //! 5. block Jacobi in double precision, which is always available.
 //!
@@ -63,7 +63,7 @@ enum Attempt {
     EarlierFactor,
     /// Cholesky factor of the present state.
     PresentFactor,
-    /// Multigrid cycles in double precision.
+    /// Multigrid cycles in single precision within double-precision iterations.
     Cycles,
     /// Mixed-precision solver.
     Mixed(MixedPreconditioner),
@@ -109,7 +109,7 @@ impl Available<'_> {
     fn attempts(&mut self, operator: &Operator, free: &FreeAxes, is_guided: bool) -> SmallVec<[Attempt; 4]> {
         let mut attempts = SmallVec::new();
         if let Some((factor, when)) = &mut self.factor
-            && (is_guided || *when == FactorUse::First || factor.is_needed())
+            && (is_guided || *when == FactorUse::First || factor.take_need())
         {
             if factor.is_of(&operator.triangles.corners, free) {
                 attempts.push(Attempt::EarlierFactor);
@@ -216,7 +216,7 @@ impl Solve<'_, '_> {
         self.conjugate_gradients(most, |r, free, z, partials| factor.apply(r, free, z, partials))
     }
 
-    /// The end of the solve, whose rounding no other preconditioner would do better than a factor of the operator itself.
+    /// Last attempt of the solve: where a factor of the operator itself stops short, rounding is the limit.
     fn with_present_factor(&mut self, factor: &mut Factor) -> Result<Outcome, CgError> {
         let most = if self.guides.is_some() { u32::MAX } else { MOST_WITH_FRESH_CHOLESKY };
         self.with_factor(factor, most).map(Outcome::End)
@@ -248,7 +248,7 @@ impl Solve<'_, '_> {
         }
     }
 
-    /// Multigrid cycles in double precision, repeated with present numbers where those of an earlier operator do not suffice.
+    /// Double-precision iterations with multigrid cycles, repeated with present numbers where an earlier operator's do not suffice.
     fn with_cycles(&mut self, mixed: &mut MixedSolver) -> Result<Outcome, CgError> {
         self.scratch.rhs_backup.clone_from(&self.scratch.residual);
         mixed.begin_cycles(self.operator, &self.scratch.free);

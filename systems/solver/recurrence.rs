@@ -43,7 +43,7 @@ pub(super) struct Reached {
 }
 
 impl Reached {
-    /// The solve's report, with the residual relative to the squared norm of the right-hand side.
+    /// The solve's report, with the residual relative to a squared reference norm: the step's largest right-hand side.
     pub(super) fn beside(&self, reference_sq: f64) -> CgInfo {
         let &Self { iterations, residual_sq, energy: error_energy, is_solved, is_late, .. } = self;
         let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };

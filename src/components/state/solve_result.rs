@@ -27,7 +27,7 @@ pub struct SolveResult {
     pub(crate) is_active: bool,
     /// Whether Newton's iteration has reached its tolerance; of a linearly implicit step, whether the solve has an answer.
     pub(crate) has_converged: bool,
-    /// Whether the exact tangent was indefinite and the rotated one took its place.
+    /// Whether an indefinite tangent, exact or in a static solve projected, gave way to the rotated one.
     pub fell_back: bool,
     /// Cholesky factors made on the spot in this step, retries included, where a linear solve had come to nothing without one.
     pub fallback_factors: u32,

@@ -90,7 +90,7 @@ pub fn criterion(world: &mut hecs::World, _: &StepContext) -> usize {
                 let is_held = |row: u32| held().chain(gripped()).any(|&other| other == row);
                 let stretched = beyond_stretch(&surface, ultimate, &tips.vertex, &is_held);
                 let ligament = decisions.ligament_failure.as_deref();
-                // A tip that tissue too far stretched leads on goes first; of two ligament failures the one farther beyond its
+                // Overstretched tissue at a tip goes first; else, of a ligament and a stretched triangle, the one farther beyond its
                 // limit.
                 let leads = |found: &LigamentFailure| match found.site {
                     TearSite::Vertex(_) => true,

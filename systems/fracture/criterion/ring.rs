@@ -27,7 +27,7 @@ const RING_CORE: f64 = 0.4;
 const LEAST_RING_EDGES: f64 = 3.0;
 /// cos 10°: normals farther off the ring's are those of a bent one. The field's error is of the order of the square, 3 %.
 const COS_BENT: f64 = 0.984_807_753_012_208;
-/// tan 20°: lips of which a point outside the core lies farther off the line behind the tip are no straight crack's.
+/// tan 20°: largest slope of a straight crack's lips outside the core, from the line behind the tip.
 const TAN_STRAIGHT: f64 = 0.363_970_234_266_202_4;
 
 /// The ring laid out on the surface.

@@ -114,7 +114,7 @@ impl TipMemory {
         Some((&place.chart, self.search.as_deref()?, DiscAverage::over(&place.disc, radius, surface)?))
     }
 
-    /// Finds chart, search and averages at a tip as [`at_tip`](Self::at_tip), with the ring of another radius \[mm\] about the
+    /// Finds chart and averages at a tip as [`at_tip`](Self::at_tip), and, for the search, the ring of another radius \[mm\] about the
     /// same point.
     pub fn at_tip_with_ring(
         &mut self,

@@ -27,7 +27,7 @@ const FARTHEST_BACK: f64 = 0.5;
 enum Manner {
     /// The cut stays on its line.
     OnTheLine,
-    /// The ends of the cut go to vertices of the boundary that are all but there.
+    /// Ends go to boundary vertices that are all but there, the line to vertices in its way.
     EndsMoved,
     /// The cut leaves its line.
     BesideTheLine,

@@ -1,4 +1,4 @@
-//! The axis of the cone θ_P: the direction that a tear has had over a material length.
+//! Axis of the cone of half angle θ_P (`Tearing::cone`): the direction of a tear over a material length.
 
 use crate::components::Tearing;
 use crate::math::elementary;

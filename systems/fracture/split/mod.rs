@@ -118,7 +118,7 @@ fn note_blocked_nucleation(decisions: &mut TearDecisions, log: &mut TearLog) {
     }
 }
 
-/// Resets the saved budget of a tip below its criterion; only an overdrawn budget is paid off.
+/// Resets a tip whose criterion is not above 1: no budget is saved, an overdrawn one is paid off.
 fn rest(tips: &mut Tips, tip: usize, budget: AdvanceBudget) {
     let more = if let AdvanceBudget::New(more) = budget { more } else { 0.0 };
     tips.advance_budget[tip] = (tips.advance_budget[tip] + more).min(0.0);
@@ -352,7 +352,7 @@ pub fn add_tip(tips: &mut Tips, tip: NewTip) -> TipKey {
     tips.push(fresh)
 }
 
-/// Updates tips and events for parted vertices: a tip there is gone, and supports of one keep it shut.
+/// Updates tips and events for parted vertices: a tip there is gone, and a held vertex is reported as held shut.
 pub fn note_parted(
     parted: &[u32],
     tips: Option<&mut Tips>,

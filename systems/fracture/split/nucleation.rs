@@ -66,7 +66,7 @@ impl Tearer<'_> {
         Ok(slit)
     }
 
-    /// Advances a new tip until its tear is `length` \[mm\] long, to half an edge.
+    /// Advances a new tip until it is `length` \[mm\] from the start, to half an edge.
     fn open_further(&mut self, key: TipKey, decision: TearDecision, (from, length): (DVec3, f64)) {
         let edge = self.tearing.radius / decision.edges_per_radius;
         while let Some(tip) = self.tips.row(key).map(|row| row as usize)

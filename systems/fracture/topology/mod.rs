@@ -1,4 +1,4 @@
-//! Edits of the mesh around tears: refinement, coarsening, fragments and ligaments.
+//! The mesh around tears: refinement and coarsening, detection of fragments and ligaments.
 
 pub(super) mod bisect;
 pub(super) mod coarsen;

@@ -17,14 +17,14 @@ use glam::DVec3;
 /// does not, so only thin triangles left by a tear are worth it.
 const FLIP: f64 = 0.244_346_095_279_206_1;
 
-/// Multiple of the refinement radius beyond which vertices are collapsed, so that a wavering tip does not change the mesh.
+/// Multiple of the reach of refinement beyond which vertices are collapsed, so that a wavering tip does not change the mesh.
 const BEHIND: f64 = 1.5;
 /// Collapses leave no large triangle nearer than this multiple of the reach of refinement.
 const CLEAR_OF_TIPS: f64 = 1.25;
-/// Multiple of the refinement radius beyond which vertices that could not be collapsed leave the list.
+/// Multiple of the reach of refinement beyond which vertices that could not be collapsed leave the list.
 const FORGOTTEN: f64 = 5.0;
 
-/// Refines the bodies whose tips have gone on since they were last refined.
+/// Refines bodies whose tips have come, gone or moved, and coarsens behind them where a step begins.
 pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (

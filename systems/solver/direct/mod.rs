@@ -75,7 +75,7 @@ impl Factor {
     }
 
     /// Counts down the solves after a failure without a factor; returns whether this one begins with a factor made on the spot.
-    pub fn is_needed(&mut self) -> bool {
+    pub fn take_need(&mut self) -> bool {
         let is_needed = self.needed > 0;
         self.needed = self.needed.saturating_sub(1);
         is_needed

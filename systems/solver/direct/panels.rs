@@ -160,7 +160,7 @@ struct Sweep<'a> {
     /// Columns of the supernodes in the sweep, and which the first of them is.
     own: &'a mut [f64],
     own_start: usize,
-    /// The columns of the separator where they are part of the columns before it. The backward sweep only reads them.
+    /// Columns of the separator, or the second subdomain's sums for them; the backward sweep only reads them.
     above: &'a mut [f64],
     above_start: usize,
     work: &'a mut [[f64; LANES]],

@@ -63,7 +63,7 @@ impl Factor {
     }
 
     /// False.
-    pub fn is_needed(&mut self) -> bool {
+    pub fn take_need(&mut self) -> bool {
         false
     }
 

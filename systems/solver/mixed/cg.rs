@@ -28,7 +28,7 @@ pub(super) struct Vectors {
 
 /// A preconditioner M, with the vector passes of an iteration around it.
 pub(super) trait Precondition {
-    /// A step length under this, which is no less than the inverse of the largest eigenvalue of M⁻¹·A, shows that M is broken.
+    /// Least step length of a sound M, whose steps are no shorter than the inverse of the largest eigenvalue of M⁻¹·A.
     const LEAST_STEP: f64 = 0.0;
 
     /// x += α·p, r −= α·q and as much of z = M⁻¹·r as it takes to know r·z; returns r·r and r·z.

@@ -79,14 +79,14 @@ pub struct MixedSolver {
     edits: Box<Edits>,
     multigrid: Box<Multigrid>,
     vectors: Box<Vectors>,
-    /// Preconditioner of the last solve; `None` where the triangles have changed since.
+    /// Preconditioner of the last solve; `None` after a change of the triangles or once the operator is forgotten.
     ready: Option<MixedPreconditioner>,
     /// Whether the matrix and the incomplete factor have been made of the operator that several solves share.
     same: Option<[bool; 2]>,
 }
 
 impl MixedSolver {
-    /// Whether the solves from now on are of one operator, with one set of free axes: the numbers made of it then serve all.
+    /// Begins or ends a series of solves with one operator and one set of free axes, which share its numbers.
     pub fn share(&mut self, is_same: bool) {
         self.same = is_same.then_some([false; 2]);
     }

@@ -50,7 +50,7 @@ enum Next {
 
 impl MixedSolver {
     /// Solves A·x = b for a tangent that is never indefinite, from the guess `x`, whose prescribed axes stay; `scratch` as in the solve in
-    /// double precision. The second answer is whether the tolerance or the limit of iterations was reached. Where single
+    /// double precision. The second answer is `false` where double precision has to go on. Where single
     /// precision has come to nothing instead, `x` is as far as it has come, and `scratch.residual` holds b again. `scratch.direction` holds
     /// it in any case.
     ///

@@ -1,13 +1,13 @@
-//! The line search of static increments: one that makes the imbalance worse is taken back by halves.
+//! The line search of static increments: one that reduces neither the imbalance nor its work is halved.
 
 use crate::components::{Forces, Increment, LineSearch, SolveResult, SolverScratch};
 use crate::systems::parallel;
 use crate::systems::solver::scale_guided;
 
-/// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
-const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
+/// Smallest fraction of a static increment that the line search tries; each fraction is half of the one before.
+const LEAST_LINE_SEARCH_FRACTION: f64 = 1.0 / 64.0;
 
-/// Merit of the line search: work of the imbalance along an increment, and the norm of the imbalance.
+/// Merit of the line search: work of the imbalance along an increment, and the squared norm of the imbalance.
 fn merit(increment: &Increment, scratch: &SolverScratch) -> (f64, f64) {
     let rows = increment.delta.iter().zip(&scratch.residual).zip(&scratch.free);
     let guided = scratch.guide_constraints.merit(&increment.delta, &scratch.residual);
@@ -27,12 +27,12 @@ pub(super) fn start_line_search(
     scratch.line_search = (!is_first).then_some(LineSearch { work: work.abs(), norm_sq, fraction: 1.0 });
 }
 
-/// Takes half of the last increment back where it made the imbalance worse.
+/// Replaces a rejected increment by the correction that halves it: minus half of it, later half of the last correction.
 pub(super) fn reject_increment(increment: &mut Increment, scratch: &mut SolverScratch) -> bool {
     let Some(search) = scratch.line_search else { return false };
     let (work, norm_sq) = merit(increment, scratch);
     let is_better = norm_sq <= search.norm_sq || work.abs() <= 0.9 * search.work * search.fraction;
-    if is_better || search.fraction <= LINE_SEARCH_HALVINGS {
+    if is_better || search.fraction <= LEAST_LINE_SEARCH_FRACTION {
         return false;
     }
     let back = if search.fraction == 1.0 { -0.5 } else { 0.5 };

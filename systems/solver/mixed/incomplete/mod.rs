@@ -3,7 +3,7 @@
 //!
 //! A body torn, bent and partly slack has stiff and soft directions side by side, and changes from step to step. So the factor is
 //! made anew for every solve, which costs as much as a few iterations and saves three out of four of them. Both sweeps are serial
-//! by nature; rows stand in an order in which neighbours are far apart (see [`super::order`]), so that the processor works on
+//! by nature; rows of one level do not need each other and stand together (see [`super::order`]), so that the processor works on
 //! several at a time. The sweeps take the blocks of a row two by two.
 //!
 //! Where a [`Dissection`] splits the rows, two threads gather, factor and sweep the two subdomains side by side. Each has the

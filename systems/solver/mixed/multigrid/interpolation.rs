@@ -105,7 +105,7 @@ fn of_row(pattern: &BlockPattern, places: &[Place], node: &[u32], row: usize) ->
         let at = places[middle as usize].position;
         let first = at.distance(own.position);
         meet(middle, first);
-        // A node is never next to a node, but for the one across it.
+        // The way back to the row itself is left out.
         for far in pattern.neighbours(middle as usize).filter(|&far| far as usize != row) {
             meet(far, first + at.distance(places[far as usize].position));
         }

@@ -139,7 +139,7 @@ impl Level {
             + parallel::sum_pieces(added, size, partials, &Forward { blocks, offset, other: before, r: &r })
     }
 
-    /// Takes the places of its rows from the finer level, which rows of that they are being given.
+    /// Copies the places of its rows from the finer level; `rows` has the finer row of each.
     pub(super) fn copy_places(&mut self, fine: &Self, rows: &[u32]) {
         empty(&mut self.places, rows.len());
         self.places.extend(rows.iter().map(|&row| fine.places[row as usize]));
@@ -155,7 +155,7 @@ impl Level {
         blocks.all(|(row, column)| self.numbering.may_meet(row, column))
     }
 
-    /// `left` = r − A·x after [`Level::forward`].
+    /// `left` = −U·x, which is the residual r − A·x after [`Level::forward`].
     pub(super) fn subtract(&self, x: &[Vec4], left: &mut [Vec4]) {
         if self.is_flat {
             parallel::for_chunks(left, &Subtract { level: self, upper: &self.flat.upper, x });
