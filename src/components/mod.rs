@@ -38,8 +38,8 @@ pub use derived::guide_constraints::GuideConstraints;
 #[doc(hidden)]
 pub use derived::outputs::Outputs;
 pub(crate) use derived::outputs::OutputsMut;
-#[doc(hidden)]
 pub(crate) use derived::solver_scratch::LocalRelaxation;
+#[doc(hidden)]
 pub use derived::solver_scratch::{LineSearch, SolverScratch, StepAccount, Sweeps};
 #[doc(hidden)]
 pub use derived::stops::Stops;
