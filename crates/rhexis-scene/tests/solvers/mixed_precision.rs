@@ -271,10 +271,10 @@ fn both_precisions_have_one_answer() {
 fn a_factor_on_the_spot_is_needed_for_sixteen_solves_however_often_it_is_renewed() {
     let torn = Torn::new();
     let (operator, mut factor) = (torn.operator(), solver::Factor::default());
-    assert!(!factor.is_needed());
+    assert!(!factor.take_need());
     factor.renew_for_next(&operator, &torn.free).unwrap();
     let mut solves = 0;
-    while factor.is_needed() {
+    while factor.take_need() {
         solves += 1;
         // Sixteen, in which solves without it may have become easy again.
         assert!(solves <= 16);
