@@ -60,7 +60,7 @@ pub struct BodyReport {
     pub is_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
     pub fell_back: bool,
-    /// Cholesky factors made on the spot, retries included, where a linear solve had come to nothing without one.
+    /// Cholesky factors made on the spot after a linear solve failed without one, retries included.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub fallback_factors: u32,
     /// Whether a tip could have advanced further, but the step had been redone as often as the settings allow or had used up its budget, or a

@@ -32,8 +32,7 @@ pub(super) struct Fraction {
 }
 
 impl Solved<'_> {
-    /// Leaves −∇Φ along free axes \[N\] in `sums.pull`, where the solve starts of which the way is the answer. `full` is its operator, with
-    /// loads and all.
+    /// Leaves −∇Φ \[N\] along free axes at the start of the solve in `sums.pull`. `full` is its operator, with external stiffness.
     pub(super) fn find_pull(&self, full: &Operator, sums: &mut Sums<'_>) {
         let Sums { partials, passes, corner, pull, .. } = sums;
         pull.resize(self.delta.len(), DVec3::ZERO);

@@ -24,6 +24,7 @@ const SETTLED: f64 = 1e-4;
 
 /// Maximum halvings of a move that does not pass the test of [`ARMIJO_OF_MOVE`].
 const MOVE_HALVINGS: u32 = 12;
+/// Fraction of the decrease promised by the slope that a move must reach (Armijo 1966).
 const ARMIJO_OF_MOVE: f64 = 1e-4;
 
 /// Most rounds of a local relaxation; every one after the first enlarges it.
@@ -43,6 +44,7 @@ const FEW_VERTICES: f64 = 24.0;
 
 /// Factor on the vertex limit of a local relaxation in a body that gets a Newton correction anyway.
 const WIDER: usize = 4;
+/// Maximum sweeps in such a body.
 const FEW_SWEEPS: u32 = 8;
 
 /// Fraction of the excess that suffices once the number of starting triangles is used up.
@@ -161,7 +163,7 @@ impl LocalRelaxation {
         }
     }
 
-    /// Removes the vertices added after so many unless there are no more than `most`; returns whether they stay.
+    /// Removes the vertices added after the first `before` if there are more than `most`; returns whether they stay.
     fn keep(&mut self, before: usize, most: usize) -> bool {
         let has_room = self.rows.len() <= most;
         if !has_room {

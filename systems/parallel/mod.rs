@@ -207,17 +207,6 @@ pub fn sum(rows: usize, partials: &mut Vec<f64>, f: impl Fn(usize) -> f64 + Sync
     partials.iter().sum()
 }
 
-/// The least `f(row)` over so many rows; infinite without any. `partials` is scratch; it grows once.
-pub fn least(rows: usize, partials: &mut Vec<f64>, f: impl Fn(usize) -> f64 + Sync) -> f64 {
-    fill(rows, partials, |rows| {
-        wide(
-            #[inline(always)]
-            || rows.map(&f).fold(f64::INFINITY, f64::min),
-        )
-    });
-    partials.iter().copied().fold(f64::INFINITY, f64::min)
-}
-
 /// A number for every chunk of so many rows.
 #[inline]
 fn fill(rows: usize, partials: &mut Vec<f64>, of_chunk: impl Fn(Range<usize>) -> f64 + Sync) {

@@ -22,7 +22,7 @@ const LEAST_GUIDED_PIVOT: f64 = 1e-12;
 pub(super) struct Guides(GuideConstraints);
 
 impl Guides {
-    /// The body's guides, whose forces are added to the right-hand side; `None` where there are none.
+    /// Guides of the body, whose forces are added to the right-hand side; `None` for a body without guides.
     pub(super) fn begin(operator: &Operator, passes: &mut BendingPasses, scratch: &mut SolverScratch) -> Option<Self> {
         if scratch.guide_constraints.is_empty() {
             return None;

@@ -43,7 +43,7 @@ const MOST_CYCLES: u32 = 200;
 pub enum FactorUse {
     /// Before all others.
     First,
-    /// After the mixed-precision solver has come to nothing, and in the solves that follow; with guides, before all others.
+    /// After a failure of the mixed-precision solver, and in the solves that follow; with guides, before all others.
     Fallback,
 }
 
@@ -75,7 +75,7 @@ enum Attempt {
 enum Outcome {
     /// The solve ends here.
     End(CgInfo),
-    /// The next preconditioner goes on after so many iterations, from the guess that they leave.
+    /// Iterations done; the next preconditioner goes on from the guess that they leave.
     Next(u32),
 }
 
@@ -193,7 +193,7 @@ impl Solve<'_, '_> {
             (Attempt::Mixed(kind), _, Some((mixed, _))) => {
                 Ok(self.in_mixed_precision(mixed, kind, most_without_factor))
             }
-            // Without the solver that it takes, an attempt is none.
+            // The list names only solvers that are available.
             _ => Ok(Outcome::Next(0)),
         }
     }

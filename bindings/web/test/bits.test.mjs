@@ -1,4 +1,4 @@
-// The same bits as natively: every scene of the catalog and of `crates/rhexis-scene/tests/golden` against `hashes.txt` there, whose native test
+// Bits of native builds, compared: every scene of the catalog and of `crates/rhexis-scene/tests/golden` against `hashes.txt` there, whose native test
 // takes any number of threads, wide and portable instructions; and the runs of `plan.json`, whose native test is `tests/bits.rs`.
 // `node --test test/bits.test.mjs` after build.sh takes the module with SIMD; RHEXIS_BITS=all takes the plain one too,
 // RHEXIS_SHARE=0/2 the first half of the runs and 1/2 the other.

@@ -229,7 +229,7 @@ pub(super) struct SolverFigures {
     pub unconverged: Count,
     /// Steps in which the rotated tangent had to take the exact one's place.
     pub fell_back: Count,
-    /// Steps in which a Cholesky factor was made on the spot, where a linear solve had come to nothing without one.
+    /// Steps in which a Cholesky factor was made on the spot after a linear solve failed without one.
     pub fallback_factors: Count,
     /// Steps in which a linear solve stopped because its time was up.
     pub late: Count,

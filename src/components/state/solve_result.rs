@@ -29,7 +29,7 @@ pub struct SolveResult {
     pub(crate) has_converged: bool,
     /// Whether an indefinite tangent, exact or in a static solve projected, gave way to the rotated one.
     pub fell_back: bool,
-    /// Cholesky factors made on the spot in this step, retries included, where a linear solve had come to nothing without one.
+    /// Cholesky factors made on the spot in this step after a linear solve failed without one, retries included.
     pub fallback_factors: u32,
     /// The tangent that the last linear solve used.
     pub tangent: Tangent,

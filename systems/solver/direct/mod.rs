@@ -21,7 +21,7 @@ use operator_copy::OperatorCopy;
 use rotation_warp::RotationWarp;
 pub use state::FactorState;
 
-/// Solves that begin with a factor after one that has come to nothing without; then solves are as before. Tissue that was crushed has
+/// Solves that begin with a factor after one that failed without; then solves are as before. Tissue that was crushed has
 /// come free by then, or costs one such solve more in so many.
 const NEEDED: u32 = 16;
 
@@ -58,7 +58,7 @@ impl Factor {
         Ok(())
     }
 
-    /// Factors the operator at its state for a solve that has come to nothing otherwise, and for the next ones.
+    /// Factors the operator at its state for a solve that has failed otherwise, and for the next ones.
     ///
     /// # Errors
     /// As [`renew`](Self::renew).
@@ -69,7 +69,7 @@ impl Factor {
         Ok(())
     }
 
-    /// Number of factors made [for solves that have come to nothing otherwise](Self::renew_for_next) since the last call.
+    /// Number of factors made [for solves that have failed otherwise](Self::renew_for_next) since the last call.
     pub fn take_fallbacks(&mut self) -> u32 {
         std::mem::take(&mut self.fallbacks)
     }

@@ -9,7 +9,7 @@ use glam::DVec3;
 /// Largest number of free axes for a Cholesky factor in static solves: it takes about 0.3 GB and 2 s there.
 const MOST_AXES_FACTORED: f64 = 2e5;
 
-/// Most free axes of a dynamic solve that has come to nothing and takes a Cholesky factor unless set otherwise: it takes half a second at
+/// Maximum free axes of a dynamic solve that takes a Cholesky factor after a failure without one, unless set otherwise: it takes half a second at
 /// 100,000.
 const MOST_AXES_FALLBACK: f64 = 4e4;
 
