@@ -264,12 +264,12 @@ impl StepContext {
         is_audited || self.formula != Formula::BackwardEuler && self.newton_iterations == 1
     }
 
-    /// The tangent of a body's next solve. The projected one comes after a rotated one; and it goes on where an exact one was
+    /// The tangent of a body's next solve. The projected and the weighted one come after a rotated one; and it goes on where an exact one was
     /// indefinite.
     pub fn tangent_of(&self, result: &SolveResult) -> Tangent {
         match self.tangent {
             Tangent::Exact if result.fell_back => Tangent::Projected,
-            Tangent::Projected if result.newton_iterations == 0 => Tangent::Rotated,
+            Tangent::Projected | Tangent::Weighted if result.newton_iterations == 0 => Tangent::Rotated,
             tangent => tangent,
         }
     }

@@ -28,6 +28,10 @@ pub enum Tangent {
     /// tension that a displacement along the tangent brings would brake rotation. For `newton_iterations` of 2 and more:
     /// Newton's method at nearly quadratic convergence that never meets an indefinite operator.
     Projected,
+    /// Mean of the projected and the rotated one by the state of each triangle: projected where it is in tension, rotated where it is
+    /// slack and turns freely. The first solve of a step takes the rotated one. Corrector solves of a tear take it, whatever this setting
+    /// says, unless it is the projected or the exact one.
+    Weighted,
 }
 
 /// The formula of dynamic steps in time.

@@ -138,8 +138,10 @@ pub fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, tangent: 
         return parallel::for_chunks(geometric, &Geometric { state: solid, start: 0, stiffness, reserve });
     }
     let majorant = |t: usize, stress, stretch| match (tangent, stiffened.get(t)) {
-        (Tangent::Projected, None) => membrane::spin_majorant(stress, stretch, &triangles.stiffness[t], [0.0; 2]),
-        (Tangent::Projected, Some(CoupledStiffness { law, q16, q26 })) => {
+        (Tangent::Projected | Tangent::Weighted, None) => {
+            membrane::spin_majorant(stress, stretch, &triangles.stiffness[t], [0.0; 2])
+        }
+        (Tangent::Projected | Tangent::Weighted, Some(CoupledStiffness { law, q16, q26 })) => {
             membrane::spin_majorant(stress, stretch, law, [*q16, *q26])
         }
         _ => 0.0,
@@ -148,7 +150,7 @@ pub fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, tangent: 
     parallel::for_rows(geometric, |t, geometric| {
         let (stress, stretch) = (solid[t].stress, solid[t].polar.stretch);
         let normal = membrane::second_piola(stress, stretch);
-        let normal = if tangent == Tangent::Projected { normal.positive_part() } else { normal };
+        let normal = if tangent == Tangent::Exact { normal } else { normal.positive_part() };
         *geometric = GeometricStiffness { normal, in_plane: majorant(t, stress, stretch) };
     });
 }

@@ -24,19 +24,18 @@ pub struct FlatPack {
 impl FlatPack {
     /// The matrices of up to eight triangles of a planar body, all of them of one kind of tangent; a lane without one stays empty.
     #[inline(always)]
-    pub fn new<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
+    pub fn new<'a, L: Lanes>(lanes: L, turns: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
         let mut f = [[0.0_f32; LANES]; 12];
         let (mut turning, mut coupling) = ([[0.0_f32; LANES]; 5], [[0.0_f32; LANES]; 2]);
         for lane in 0..LANES {
             let Some(e) = element(lane) else { continue };
-            if is_exact {
+            if turns {
                 put_turning(&e, lane, &mut turning);
             }
             coupling.iter_mut().zip(e.coupling).for_each(|(row, q)| row[lane] = (q * e.elastic) as f32);
             let r1 = e.state.polar.fibre_axis;
             let [q, s] = e.skew();
-            // In an exact tangent this resists spin, and is part of ℓ.
-            let shear = if is_exact { 0.0 } else { e.in_plane * e.geometric };
+            let shear = e.shear * e.geometric;
             let [g1, g2] = e.rest.gradients;
             let values = [
                 [r1.x, r1.y, q, s],
@@ -59,7 +58,7 @@ impl FlatPack {
             b: [strain_rates(g1x, g1y, q, s, one), strain_rates(g2x, g2y, q, s, one)],
             law: [c11, c12, c22, c66],
             coupling: (coupling != [[0.0; LANES]; 2]).then(|| singles(lanes, &coupling)),
-            turning: is_exact.then(|| singles(lanes, &turning)),
+            turning: turns.then(|| singles(lanes, &turning)),
         };
         let k12 = turned(in_plane.block(0, 1), c, sine);
         let [xx, xy, _, yy] = turned(in_plane.block(0, 0), c, sine);
@@ -145,7 +144,7 @@ mod tests {
                 ElementState { polar, stress: law.stress(stretch - Sym2::IDENTITY) }
             })
             .collect();
-        for is_exact in [false, true] {
+        for turning in [0.0, 1.0, 0.6] {
             let tangent = |lane: usize| {
                 Some(ElementTangent {
                     state: states[lane],
@@ -153,13 +152,15 @@ mod tests {
                     stiffness: &law,
                     coupling: [0.1 * lane as f64, 0.05 * lane as f64],
                     normal: Sym2::ZERO,
-                    in_plane: 0.2 * lane as f64,
+                    shear: 0.2 * lane as f64 * (1.0 - turning),
+                    spin: 0.2 * lane as f64,
+                    turning,
                     elastic: 0.3,
                     geometric: 0.2,
-                    is_exact,
                 })
             };
-            let (pack, flat) = (Pack::new(Portable, is_exact, tangent), FlatPack::new(Portable, is_exact, tangent));
+            let (pack, flat) =
+                (Pack::new(Portable, turning > 0.0, tangent), FlatPack::new(Portable, turning > 0.0, tangent));
             for half in 0..2 {
                 let (corners, edges) = flat.blocks(half);
                 let (corners_in_space, edges_in_space) = flat.in_space().blocks(half);

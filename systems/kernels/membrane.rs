@@ -21,6 +21,9 @@ type Mat = [f64; 4];
 /// least the norm of F, and the term is bounded by the stress.
 pub const LEAST_TRACE: f64 = 1e-2;
 
+/// Least principal stress over Q66 from which the weighted tangent is the projected one.
+const FULL_TURNING: f64 = 0.005;
+
 /// A squared strain up to which there is none: some roundings of F and its factors. Without it a body at rest is driven by the rounding
 /// of its forces, by 1e-11 mm in 20,000 steps of 100 ms.
 pub(super) const ROUNDING_SQ: f64 = (16.0 * f64::EPSILON) * (16.0 * f64::EPSILON);
@@ -164,6 +167,13 @@ pub fn spin_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic, [q16, q26]:
     (0.25 * (direct + shear * shear / (4.0 * law.q66)) - own).max(0.0)
 }
 
+/// Weight of the turning terms in the weighted tangent, from 0 where a triangle is slack to 1 where its least principal stress is that of a
+/// shear strain of 0.5 %.
+#[inline]
+pub fn turning_weight(stress: Sym2, law: &Orthotropic) -> f64 {
+    (stress.principal_values().1 / (FULL_TURNING * law.q66)).clamp(0.0, 1.0)
+}
+
 /// dU for nodal velocities (or displacements) `u`: the exact strain rate, zero for every rigid motion.
 #[inline]
 pub fn stretch_rate(polar: &Polar, rest: &RestTriangle, u: [DVec3; 3]) -> Sym2 {
@@ -184,16 +194,17 @@ pub struct ElementTangent<'a, S = ElementState> {
     pub coupling: [f64; 2],
     /// Out-of-plane stiffness \[MPa\]: S for the exact tangent, S⁺ for the others.
     pub normal: Sym2,
-    /// In-plane stiffness \[MPa\]: from [`shear_majorant`] for the rotated tangent, from [`spin_majorant`] for the
-    /// projected one, zero for the exact one.
-    pub in_plane: f64,
+    /// Stiffness \[MPa\] against shear in place of the turning terms: [`shear_majorant`] for the rotated tangent, a part of it for the
+    /// weighted one.
+    pub shear: f64,
+    /// Stiffness \[MPa\] against spin: [`spin_majorant`] for the projected and the weighted tangent.
+    pub spin: f64,
+    /// Weight of the Hessian's turning terms: 0 for the rotated tangent, whose sum is always positive semidefinite.
+    pub turning: f64,
     /// A·h times the factor of the elastic part (1, or 1 + β/dt with strain-rate damping β) \[mm³\].
     pub elastic: f64,
     /// A·h times the factor of the geometric part \[mm³\].
     pub geometric: f64,
-    /// Whether this is the Hessian of the energy, or that made positive semidefinite by `in_plane` and S⁺; else the rotated
-    /// constant stiffness, always positive semidefinite.
-    pub is_exact: bool,
 }
 
 impl ElementTangent<'_> {
@@ -215,38 +226,41 @@ impl ElementTangent<'_> {
         [u.xy * inverse, (u.xx - u.yy) * inverse]
     }
 
-    /// How the Hessian turns: the spin is inverse·(a₂₁ − a₁₂), and ½·(ω⊗ℓ + ℓ⊗ω) its geometric part in the plane, the semidefinite
-    /// correction included. The inverse of tr U and ℓ \[MPa\].
+    /// Turning terms: the spin is inverse·(a₂₁ − a₁₂), and ½·(ω⊗ℓ + ℓ⊗ω) the geometric part of the Hessian in the plane, its weight and the
+    /// semidefinite correction included. The inverse of tr U and ℓ \[MPa\].
     #[inline]
-    pub fn turning(&self) -> (f64, [f64; 4]) {
+    pub fn turning_terms(&self) -> (f64, [f64; 4]) {
         let u = self.state.polar.stretch;
         let inverse = inverse_trace(u.to_array());
         let [l11, l12, l21, l22] = turning(self.state.stress, u, inverse);
-        let more = self.in_plane * inverse;
-        (inverse, [l11, l12 - more, l21 + more, l22])
+        let more = self.spin * inverse;
+        (inverse, [l11, l12 - more, l21 + more, l22].map(|l| l * self.turning))
     }
 
     /// V·dΠ for the in-plane gradient change `a`, in the co-rotated frame.
     #[inline(always)]
     fn first_piola_rate(&self, a: Mat) -> Mat {
-        if self.is_exact { self.exact(a) } else { self.rotated(a) }
+        if self.turning > 0.0 { self.turned(a) } else { self.rotated(a) }
     }
 
     #[inline(always)]
     fn rotated(&self, a: Mat) -> Mat {
         let Self { coupling, elastic, .. } = *self;
         let tangent =
-            Tangent { law: self.stiffness.to_array(), coupling, elastic, in_plane: self.in_plane * self.geometric };
+            Tangent { law: self.stiffness.to_array(), coupling, elastic, in_plane: self.shear * self.geometric };
         rotated_rate(a, self.state.polar.stretch.to_array(), tangent)
     }
 
     /// Out of line, so that the loop over the rotated tangent stays one straight piece of code.
     #[inline(never)]
-    fn exact(&self, a: Mat) -> Mat {
+    fn turned(&self, a: Mat) -> Mat {
         let u = self.state.polar.stretch.to_array();
-        let (inverse, l) = self.turning();
+        let (inverse, l) = self.turning_terms();
         let (spin, du) = rates(a, u, inverse);
-        let stress = self.stiffness.coupled_stress(self.coupling, Sym2::from_array(du)) * self.elastic;
+        let own = self.stiffness.coupled_stress(self.coupling, Sym2::from_array(du)) * self.elastic;
+        let shear = self.shear * self.geometric;
+        let deviator = shear * (du[0] - du[1]);
+        let stress = own + Sym2::new(deviator, -deviator, 2.0 * shear * du[2]);
         let dpi = first_piola(stress.to_array(), u, inverse);
         let half = 0.5 * self.geometric;
         let turned = half * spin;

@@ -35,7 +35,7 @@ pub type Places = [[u16; LANES]; 3];
 /// Rotational part of an exact tangent of a triangle, into its lane.
 #[inline(always)]
 pub(super) fn put_turning(element: &ElementTangent<'_>, lane: usize, turning: &mut [[f32; LANES]; 5]) {
-    let (inverse, l) = element.turning();
+    let (inverse, l) = element.turning_terms();
     let values = l.map(|l| 0.5 * l * element.geometric).into_iter().chain([inverse]);
     for (row, value) in turning.iter_mut().zip(values) {
         row[lane] = value as f32;
@@ -45,20 +45,19 @@ pub(super) fn put_turning(element: &ElementTangent<'_>, lane: usize, turning: &m
 impl Pack {
     /// The matrices of up to eight triangles, all of them of one kind of tangent; a lane without one stays empty.
     #[inline(always)]
-    pub fn new<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
+    pub fn new<'a, L: Lanes>(lanes: L, turns: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
         let mut f = [[0.0_f32; LANES]; 21];
         let (mut turning, mut coupling) = ([[0.0_f32; LANES]; 5], [[0.0_f32; LANES]; 2]);
         for lane in 0..LANES {
             let Some(e) = element(lane) else { continue };
-            if is_exact {
+            if turns {
                 put_turning(&e, lane, &mut turning);
             }
             coupling.iter_mut().zip(e.coupling).for_each(|(row, q)| row[lane] = (q * e.elastic) as f32);
             let (polar, rest) = (&e.state.polar, e.rest);
             let (r1, r2) = (polar.fibre_axis, polar.transverse_axis);
             let [q, s] = e.skew();
-            // In an exact tangent this resists spin, and is part of ℓ.
-            let shear = if is_exact { 0.0 } else { e.in_plane * e.geometric };
+            let shear = e.shear * e.geometric;
             let [g1, g2] = rest.gradients;
             let values = [
                 [r1.x, r1.y, r1.z, r2.x, r2.y, r2.z, q],
@@ -85,7 +84,7 @@ impl Pack {
             b: [strain_rates(f[8], f[9], f[6], f[7], one), strain_rates(f[10], f[11], f[6], f[7], one)],
             law: [f[14], f[15], f[16], f[17]],
             coupling: (coupling != [[0.0; LANES]; 2]).then(|| singles(lanes, &coupling)),
-            turning: is_exact.then(|| singles(lanes, &turning)),
+            turning: turns.then(|| singles(lanes, &turning)),
         };
         let element = Element { axes: [r1, r2, n], in_plane, normal: [f[18], f[19], f[20]] };
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = element.block(0, 0);
@@ -339,17 +338,19 @@ mod tests {
             }
         }
 
-        fn tangent(&self, is_exact: bool) -> ElementTangent<'_> {
+        /// A rotated tangent, one with turning terms, or a weighted one.
+        fn tangent(&self, kind: usize) -> ElementTangent<'_> {
             ElementTangent {
                 state: self.state,
                 rest: &self.rest,
                 stiffness: &self.law,
                 coupling: self.coupling,
                 normal: self.normal,
-                in_plane: self.in_plane,
+                shear: self.in_plane * [1.0, 0.0, 0.4][kind],
+                spin: self.in_plane,
+                turning: [0.0, 1.0, 0.6][kind],
                 elastic: 0.3,
                 geometric: 0.2,
-                is_exact,
             }
         }
     }
@@ -358,9 +359,9 @@ mod tests {
     fn a_pack_is_the_tangent_but_for_rounding() {
         let mut next = numbers();
         for i in 0..200 {
-            let is_exact = i % 2 == 1;
+            let kind = i % 3;
             let triangles: Vec<Triangle> = (0..3).map(|_| Triangle::new(&mut next)).collect();
-            let pack = Pack::new(Portable, is_exact, |lane| triangles.get(lane).map(|t| t.tangent(is_exact)));
+            let pack = Pack::new(Portable, kind > 0, |lane| triangles.get(lane).map(|t| t.tangent(kind)));
             let u: Vec<Vec4> = (0..9).map(|_| Vec4::new(next() as f32, next() as f32, next() as f32, 0.0)).collect();
             // The empty lanes share its vertices with the first: they must add nothing.
             let places = [[0, 3, 6, 0, 0, 0, 0, 0], [1, 4, 7, 1, 1, 1, 1, 1], [2, 5, 8, 2, 2, 2, 2, 2]];
@@ -368,7 +369,7 @@ mod tests {
             Pack::scatter(&places, pack.forces(Portable, &places, &u), &mut out);
             let (corners, edges) = pack.blocks(0);
             for (t, triangle) in triangles.iter().enumerate() {
-                let tangent = triangle.tangent(is_exact);
+                let tangent = triangle.tangent(kind);
                 let u = [0, 1, 2].map(|c| u[3 * t + c].truncate().as_dvec3());
                 // Every entry is at most the trace, and is a sum of some thirty products, each rounded to half of 1.2e-7.
                 let size = (0..3).map(|c| tangent.diagonal_block(c)).map(|k| k.x_axis.x + k.y_axis.y + k.z_axis.z);

@@ -25,7 +25,7 @@ pub fn apply<L: Lanes, S: Stored>(
         state[lane] = e.state;
         gradients[lane] = gradients_of(lanes, e.rest);
         law[lane] = law_of(lanes, e.stiffness);
-        stiff[0][lane] = Doubles::new(lanes, [e.coupling[0], e.in_plane, e.elastic, e.geometric]);
+        stiff[0][lane] = Doubles::new(lanes, [e.coupling[0], e.shear, e.elastic, e.geometric]);
         stiff[1][lane] = Doubles::new(lanes, [e.normal.xx, e.normal.yy, e.normal.xy, e.coupling[1]]);
     }
     let StateLanes { axes, stretch, .. } = S::lanes(lanes, state);
@@ -66,10 +66,11 @@ mod tests {
             stiffness,
             coupling: [lane, 0.5 * lane],
             normal: Sym2::new(0.3 + 0.3 * lane, 0.2, 0.1),
-            in_plane: 0.5 + 0.5 * lane,
+            shear: 0.5 + 0.5 * lane,
+            spin: 0.0,
+            turning: 0.0,
             elastic: 1.2 + lane,
             geometric: 0.1 + 0.1 * lane,
-            is_exact: false,
         }
     }
 

@@ -13,7 +13,7 @@ use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::forces::corners;
 use crate::systems::kernels::gather::Stored;
 use crate::systems::kernels::lanes::{DOUBLES, Lanes};
-use crate::systems::kernels::membrane::{ElementTangent, shear_majorant};
+use crate::systems::kernels::membrane::{ElementTangent, shear_majorant, turning_weight};
 use crate::systems::kernels::product_lanes;
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::{StepContext, parallel};
@@ -78,7 +78,28 @@ impl Operator<'_> {
     /// The tangent of a triangle.
     #[inline(always)]
     pub fn element(&self, t: usize) -> ElementTangent<'_> {
+        if self.tangent == Tangent::Weighted { self.weighted_element(t) } else { self.plain_element(t) }
+    }
+
+    /// The tangent of a triangle of an operator that is not weighted.
+    #[inline(always)]
+    pub fn plain_element(&self, t: usize) -> ElementTangent<'_> {
         self.element_at(t, self.frames.state(t))
+    }
+
+    /// Weighted tangent of a triangle.
+    #[inline(never)]
+    pub fn weighted_element(&self, t: usize) -> ElementTangent<'_> {
+        let element = self.plain_element(t);
+        let (ElementState { polar, stress }, law) = (element.state, &self.triangles.stiffness[t]);
+        let turning = turning_weight(stress, law);
+        let slack = 1.0 - turning;
+        let shear = if slack > 0.0 {
+            slack * shear_majorant(stress, polar.stretch, law, StepContext::RESERVE_OF_EULER)
+        } else {
+            0.0
+        };
+        ElementTangent { shear, turning, ..element }
     }
 
     /// The tangent of a triangle with this state, or one that is stored there.
@@ -86,27 +107,30 @@ impl Operator<'_> {
     fn element_at<S>(&self, t: usize, state: S) -> ElementTangent<'_, S> {
         let volume = self.triangles.rest[t].area * self.triangles.thickness[t];
         let GeometricStiffness { normal, in_plane } = self.frames.geometric_stiffness(t);
+        let (shear, spin, turning) =
+            if self.tangent == Tangent::Rotated { (in_plane, 0.0, 0.0) } else { (0.0, in_plane, 1.0) };
         ElementTangent {
             state,
             rest: &self.triangles.rest[t],
             stiffness: self.frames.stiffness(self.triangles, t),
             coupling: self.frames.coupling(t),
             normal,
-            in_plane,
+            shear,
+            spin,
+            turning,
             elastic: volume * (1.0 + self.viscosity),
             geometric: volume,
-            is_exact: self.tangent != Tangent::Rotated,
         }
     }
 
-    /// Rotated tangent of a triangle of an exact operator, for preconditioners in single precision; never indefinite.
+    /// Rotated tangent of a triangle at the operator's state, which may be exact: never indefinite.
     #[inline(never)]
     pub fn rotated_element(&self, t: usize) -> ElementTangent<'_> {
-        let element = self.element(t);
+        let element = self.plain_element(t);
         let state = element.state;
         let law = &self.triangles.stiffness[t];
-        let in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
-        ElementTangent { normal: element.normal.positive_part(), in_plane, is_exact: false, ..element }
+        let shear = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
+        ElementTangent { normal: element.normal.positive_part(), shear, spin: 0.0, turning: 0.0, ..element }
     }
 
     /// Frames of the triangles with the geometric stiffness of the rotated tangent, in the memory of `frames`; `reserve` is that of the

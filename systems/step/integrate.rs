@@ -18,7 +18,9 @@ type AxesQuery<'a> =
 /// Decides which bodies take part in the step: those that are awake.
 pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
-    for (result, sleeping) in world.query_mut::<(&mut SolveResult, Option<&Sleeping>)>() {
+    type Query<'a> = (&'a mut SolveResult, Option<&'a Sleeping>, Option<&'a mut TearDecisions>);
+    for (result, sleeping, decisions) in world.query_mut::<Query>() {
+        decisions.into_iter().for_each(|decisions| decisions.correctors = 0);
         result.begin(sleeping.is_some_and(Sleeping::is_asleep));
         count += usize::from(result.is_active());
     }
@@ -103,7 +105,11 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
     );
     for ((vertices, increment, result, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
         // The others keep the result of their last solve; the decisions on their tears have been carried out.
-        let may_advance = decisions.as_ref().is_some_and(|decisions| decisions.may_advance_further);
+        let mut decisions = decisions;
+        let may_advance = decisions.as_mut().is_some_and(|decisions| {
+            decisions.correctors = 0;
+            decisions.may_advance_further
+        });
         if result.is_in_step && !may_advance {
             decisions.into_iter().for_each(TearDecisions::forget);
             result.is_in_step = false;

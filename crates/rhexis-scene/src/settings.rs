@@ -46,6 +46,7 @@ fn advanced(spec: &AdvancedSpec, base: &Advanced) -> Result<Advanced, Fault> {
             Some(TangentSpec::Rotated) => Tangent::Rotated,
             Some(TangentSpec::Exact) => Tangent::Exact,
             Some(TangentSpec::Projected) => Tangent::Projected,
+            Some(TangentSpec::Weighted) => Tangent::Weighted,
             None => base.tangent,
         },
         integrator: match spec.integrator {

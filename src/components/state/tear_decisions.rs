@@ -2,7 +2,7 @@
 
 use crate::components::{BlockedNucleation, DecidedBy, LigamentFailure};
 use crate::math::Sym2;
-use crate::storage::{TriangleKey, VertexKey};
+use crate::storage::{TriangleKey, Triangles, VertexKey, Vertices};
 use glam::DVec3;
 
 /// Where a tear starts.
@@ -23,6 +23,16 @@ pub enum RefusedSite {
     Triangle(TriangleKey),
     /// At this vertex.
     Vertex(VertexKey),
+}
+
+impl RefusedSite {
+    /// The key of a site in the present tables.
+    pub(crate) fn of(site: TearSite, vertices: &Vertices, triangles: &Triangles) -> Option<Self> {
+        match site {
+            TearSite::Vertex(vertex) => vertices.key(vertex).map(Self::Vertex),
+            TearSite::Triangle(triangle) => triangles.key(triangle).map(Self::Triangle),
+        }
+    }
 }
 
 /// The criterion's answer at a tip, a vertex of the boundary or inside a triangle. Directions are unit vectors of the rest shape.
@@ -82,6 +92,12 @@ pub struct TearDecisions {
     pub rim: Vec<u32>,
     /// Whether the step is redone for this body: its tips may advance further or, in a static solve, tissue has torn.
     pub may_advance_further: bool,
+    /// *Derived*: number of corrector solves in the present pass.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub correctors: u32,
+    /// *Derived*: criterion of each tip before the last corrector solve.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub before_corrector: Vec<f64>,
 }
 
 impl TearDecisions {
@@ -90,6 +106,13 @@ impl TearDecisions {
         self.tips.clear();
         (self.nucleation, self.nucleation_length, self.blocked_by_energy, self.ligament_failure) =
             (None, 0.0, None, None);
+    }
+
+    /// Counts a corrector solve, before which the criterion is as it is now.
+    pub(crate) fn note_corrector(&mut self) {
+        self.correctors += 1;
+        self.before_corrector.clear();
+        self.before_corrector.extend(self.tips.iter().map(|decision| decision.map_or(0.0, |decision| decision.value)));
     }
 
     /// Whether the criterion asks for an advance or a start anywhere.

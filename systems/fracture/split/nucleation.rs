@@ -98,13 +98,11 @@ impl Tearer<'_> {
         last: &mut Option<RefusedSite>,
     ) {
         let Err((site, refusal)) = started else { return *last = None };
-        let (row, site) = match site {
-            TearSite::Vertex(vertex) => (vertex, self.mesh.vertices.key(vertex).map(RefusedSite::Vertex)),
-            TearSite::Triangle(triangle) => (
-                self.mesh.triangles.corners[triangle as usize][0],
-                self.mesh.triangles.key(triangle).map(RefusedSite::Triangle),
-            ),
+        let row = match site {
+            TearSite::Vertex(vertex) => vertex,
+            TearSite::Triangle(triangle) => self.mesh.triangles.corners[triangle as usize][0],
         };
+        let site = RefusedSite::of(site, self.mesh.vertices, self.mesh.triangles);
         if std::mem::replace(last, site) != site {
             self.refuse(None, self.mesh.vertices.rest_position[row as usize], &refusal);
         }

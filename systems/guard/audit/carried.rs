@@ -5,11 +5,10 @@ use crate::components::{
     Drag, Energies, EnergyAudit, EnergyBalance, ExternalStiffness, Forces, Frames, Grips, Hold, Holds, Increment,
     Pinch, Reactions, Shares, SolveResult, SolverScratch,
 };
-use crate::math::GeometricStiffness;
 use crate::settings::Tangent;
 use crate::storage::{Topology, Vertices};
 use crate::systems::bending::DihedralAngles;
-use crate::systems::kernels::membrane::{ElementTangent, shear_majorant, stretch_rate};
+use crate::systems::kernels::membrane::{ElementTangent, stretch_rate};
 use crate::systems::solver::Operator;
 use crate::systems::{StepContext, parallel};
 use glam::DVec3;
@@ -72,23 +71,18 @@ impl Carried<'_> {
         [0.5 * (element.slope(x, u) + element.slope(end, u)), 0.0]
     }
 
+    /// The membrane's part of the step's operator.
+    fn membrane(&self) -> Operator<'_> {
+        Operator::membrane((self.vertices, self.sheet.triangles, self.topology, self.frames), self.result.tangent)
+    }
+
     /// −(f(x_k) − K·δ) · u with the tangent that was used, and dt·v·C·v.
     pub(super) fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3]) -> [f64; 2] {
-        let Sheet { triangles, .. } = self.sheet;
-        let (state, rest) = (self.frames.state(t), &triangles.rest[t]);
-        let (stiffness, coupling) = (self.frames.stiffness(triangles, t), self.frames.coupling(t));
-        let volume = rest.area * triangles.thickness[t];
-        let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric_stiffness(t);
-        let is_exact = self.result.tangent != Tangent::Rotated;
-        if !is_exact {
-            // The frames may hold terms of another tangent, which was indefinite; those of this one stay.
-            normal = normal.positive_part();
-            let law = &triangles.stiffness[t];
-            in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
-        }
-        let (elastic, geometric) = (volume, volume);
-        let tangent =
-            ElementTangent { state, rest, stiffness, coupling, normal, in_plane, elastic, geometric, is_exact };
+        let operator = self.membrane();
+        // The frames may hold terms of another tangent, which was indefinite.
+        let is_rotated = operator.tangent == Tangent::Rotated;
+        let tangent = if is_rotated { operator.rotated_element(t) } else { operator.element(t) };
+        let ElementTangent { state, rest, stiffness, coupling, geometric: volume, .. } = tangent;
         let rate = stretch_rate(&state.polar, rest, u);
         let scheme = volume * state.stress.contract(rate) + dot(&tangent.apply(change), &u);
         [scheme, volume * self.viscosity * stiffness.coupled_stress(coupling, rate).contract(rate)]
@@ -124,12 +118,8 @@ impl Carried<'_> {
     fn missing_forces(&self, audit: &EnergyAudit, step: &StepContext) -> Vec<DVec3> {
         let Increment { displacement, .. } = self.increment;
         let gone: Vec<DVec3> = displacement.iter().zip(&audit.displacement).map(|(u, at)| *u - *at).collect();
-        let operator = Operator {
-            external: self.external,
-            folds: self.folds,
-            viscosity: self.viscosity,
-            ..Operator::membrane((self.vertices, self.sheet.triangles, self.topology, self.frames), self.result.tangent)
-        };
+        let operator =
+            Operator { external: self.external, folds: self.folds, viscosity: self.viscosity, ..self.membrane() };
         let force = |v: usize| {
             let momentum = step.momentum(self.increment, v) * self.vertices.mass[v];
             operator.apply_at(v, &gone) - self.forces.nodal[v] - momentum

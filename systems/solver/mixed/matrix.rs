@@ -208,20 +208,20 @@ struct Assembly<'a> {
 
 /// A pack that is made of the tangents of up to eight triangles, those of a lane each.
 trait OfElements {
-    fn of<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self;
+    fn of<'a, L: Lanes>(lanes: L, turns: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self;
 }
 
 impl OfElements for Pack {
     #[inline(always)]
-    fn of<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
-        Self::new(lanes, is_exact, element)
+    fn of<'a, L: Lanes>(lanes: L, turns: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
+        Self::new(lanes, turns, element)
     }
 }
 
 impl OfElements for FlatPack {
     #[inline(always)]
-    fn of<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
-        Self::new(lanes, is_exact, element)
+    fn of<'a, L: Lanes>(lanes: L, turns: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
+        Self::new(lanes, turns, element)
     }
 }
 
@@ -234,11 +234,11 @@ impl Assembly<'_> {
         packs: &mut [P],
         element: impl Fn(usize) -> ElementTangent<'a>,
     ) {
-        let is_exact = self.operator.tangent == Tangent::Projected;
+        let turns = matches!(self.operator.tangent, Tangent::Projected | Tangent::Weighted);
         for (p, pack) in (first..).zip(packs) {
             let triangles = self.partition.triangles(p);
             let of_lane = |lane: usize| (triangles[lane] != EMPTY).then(|| element(triangles[lane] as usize));
-            *pack = P::of(lanes, is_exact, of_lane);
+            *pack = P::of(lanes, turns, of_lane);
         }
     }
 }
@@ -247,10 +247,10 @@ impl<P: OfElements> Kernel<P> for Assembly<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [P]) {
         // A choice for every triangle would write its tangent down and read it again.
-        if self.operator.tangent == Tangent::Exact {
-            self.fill(lanes, first, packs, |t| self.operator.rotated_element(t));
-        } else {
-            self.fill(lanes, first, packs, |t| self.operator.element(t));
+        match self.operator.tangent {
+            Tangent::Exact => self.fill(lanes, first, packs, |t| self.operator.rotated_element(t)),
+            Tangent::Weighted => self.fill(lanes, first, packs, |t| self.operator.weighted_element(t)),
+            _ => self.fill(lanes, first, packs, |t| self.operator.plain_element(t)),
         }
     }
 }

@@ -314,7 +314,7 @@ fn solve_or_fall_back(
         super::solve(operator, params, &mut available, memory, delta, scratch)
     };
     // The masses of a dynamic step make a semidefinite operator definite.
-    if operator.tangent == Tangent::Rotated || operator.tangent == Tangent::Projected && !step.is_static {
+    if operator.tangent == Tangent::Rotated || operator.tangent != Tangent::Exact && !step.is_static {
         return solve(&operator, &mut increment.delta, scratch);
     }
     let SolverScratch { fallback, residual, .. } = &mut *scratch;

@@ -90,6 +90,8 @@ pub enum TangentSpec {
     Exact,
     /// The same made positive semidefinite; the first solve of a step takes the rotated one.
     Projected,
+    /// Projected where a triangle is in tension, rotated where it is slack; the first solve of a step takes the rotated one.
+    Weighted,
 }
 
 /// The formula of a dynamic step in time.
