@@ -42,8 +42,8 @@ impl Mesh<'_> {
 }
 
 /// Applies an edit. Total mass and linear momentum stay; splits and openings keep area and elastic energy as well.
-/// Flips, slides and collapses strain triangles anew, so that the elastic energy changes; they keep the area of flat sheets, on
-/// curved ones it changes at second order in the edge length.
+/// Flips, slides, glides and collapses strain triangles anew, so that the elastic energy changes; they keep the area of flat
+/// sheets, on curved ones it changes at second order in the edge length.
 ///
 /// # Errors
 /// Why the edit is not legal here; nothing has changed then.

@@ -3,7 +3,7 @@
 //! The rule: both copies of a duplicated member carry its value. A vertex put on a *boundary* edge between two members
 //! becomes a member with the interpolated value, so that a grip along a rim has no gap. No other new vertex becomes one:
 //! an edge inside the surface between two members says nothing about the points between, unless the members
-//! [fill an area](Attached::fill_in). Sliding a member keeps its value; a member that is collapsed is gone with its value, and
+//! [fill an area](Attached::fill_in). A member that is moved keeps its value; one that is collapsed is gone with its value, and
 //! the vertex it went into stays as it was.
 //!
 //! Values are therefore per vertex (a position, a curve) or per unit of tributary mass or area (a stiffness density), never

@@ -41,6 +41,16 @@ pub enum Edit {
         /// How far along the edge, in (0, 1).
         weight: f64,
     },
+    /// Moves the tip of a tear, a vertex where two lips of equal length meet, to a point of one of its triangles, in the rest
+    /// shape and in space.
+    Glide {
+        /// Row of the vertex.
+        vertex: u32,
+        /// Row of a triangle at the vertex.
+        triangle: u32,
+        /// Barycentric weights of the point, by the triangle's corners, with sum 1; that of the vertex lies in (0, 1).
+        weights: [f64; 3],
+    },
     /// Moves a vertex along one of its edges onto the other end, in the rest shape and in space, where it vanishes with the
     /// one or two triangles at the edge. A vertex on the boundary goes along a straight boundary only.
     Collapse {
@@ -77,6 +87,14 @@ pub enum Refusal {
         /// Row of the second vertex.
         to: u32,
     },
+    /// The vertex is no corner of the triangle.
+    #[error("vertex {vertex} is no corner of triangle {triangle}")]
+    NotACorner {
+        /// Row of the vertex.
+        vertex: u32,
+        /// Row of the triangle.
+        triangle: u32,
+    },
     /// The edge has a triangle on one side only.
     #[error("the edge between vertices {from} and {to} lies on the boundary")]
     BoundaryEdge {
@@ -90,6 +108,22 @@ pub enum Refusal {
     BoundaryVertex {
         /// Row of the vertex.
         vertex: u32,
+    },
+    /// The vertex lies inside the surface, so that no tear ends there and a glide would be a slide.
+    #[error("vertex {vertex} lies inside the surface: no tear ends there")]
+    InnerVertex {
+        /// Row of the vertex.
+        vertex: u32,
+    },
+    /// The two boundary edges at the vertex are not the lips of a tear, of equal length, so a glide would change the shape.
+    #[error(
+        "the boundary edges at vertex {vertex} end {gap:.3e} mm apart in the rest shape, not at one point as the lips of a tear"
+    )]
+    LipsApart {
+        /// Row of the vertex.
+        vertex: u32,
+        /// Distance of their far ends \[mm, rest shape\].
+        gap: f64,
     },
     /// The boundary bends at the vertex, so a collapse would change the shape.
     #[error("the boundary bends at vertex {vertex}")]

@@ -95,7 +95,7 @@ mod tests {
     use crate::membrane::Membrane;
     use crate::settings::Settings;
     use crate::simulation::Simulation;
-    use crate::storage::{Edit, Mesh, NONE, Order, Topology, Triangles, Vertices, apply, reorder, undo};
+    use crate::storage::{Edit, Mesh, NONE, Order, Topology, Triangles, Vertices, apply, outlook, reorder, undo};
 
     /// Columns of a triangle that an edit may change.
     type Row = ([u32; 3], [u64; 2]);
@@ -105,9 +105,17 @@ mod tests {
         (0..triangles.len()).map(row).collect()
     }
 
+    /// A vertex to a point of its first triangle.
+    fn glide(mesh: &Mesh<'_>, vertex: u32) -> Edit {
+        let entry = mesh.topology.incident[vertex as usize][0];
+        let mut weights = [0.25; 3];
+        weights[entry as usize % 3] = 0.5;
+        Edit::Glide { vertex, triangle: entry / 3, weights }
+    }
+
     fn random_edit(mesh: &Mesh<'_>, random: &mut Random) -> Edit {
         let mut below = |count: usize| (random.unit() * count as f64) as usize;
-        let (triangle, edge, kind) = (below(mesh.triangles.len()) as u32, below(3), below(6));
+        let (triangle, edge, kind) = (below(mesh.triangles.len()) as u32, below(3), below(8));
         let corners = mesh.triangles.corners[triangle as usize];
         let (vertex, towards) = (corners[edge], corners[(edge + 1) % 3]);
         match kind {
@@ -116,6 +124,11 @@ mod tests {
             2 => Edit::Flip { triangle, edge },
             3 => Edit::Slide { vertex, towards, weight: 0.2 },
             4 => Edit::Collapse { vertex, into: towards },
+            5 | 6 => {
+                let glides = (0..mesh.vertices.len()).map(|row| glide(mesh, row as u32));
+                let possible: Vec<Edit> = glides.filter(|edit| outlook(mesh, edit).is_ok()).collect();
+                possible.get(below(possible.len().max(1))).cloned().unwrap_or(Edit::Flip { triangle, edge })
+            }
             _ => {
                 let open = (0..3).find(|&e| mesh.topology.neighbours[triangle as usize][e] == NONE).unwrap_or(edge);
                 Edit::Open { path: [corners[open], corners[(open + 2) % 3]].into_iter().collect() }
@@ -138,10 +151,11 @@ mod tests {
         with_mesh(|mesh| {
             let mut random = Random::new(7);
             let mut earlier = vec![(mesh.topology.log.now(), rows(mesh.triangles))];
-            let (mut undone, mut most_named) = (0, 0);
+            let (mut undone, mut glides, mut most_named) = (0, 0, 0);
             for round in 0..600 {
                 let edit = random_edit(mesh, &mut random);
                 if let Ok(record) = apply(mesh, &edit) {
+                    glides += usize::from(matches!(edit, Edit::Glide { .. }));
                     if random.unit() < 0.3 {
                         undo(mesh, &record).unwrap();
                         undone += 1;
@@ -165,7 +179,7 @@ mod tests {
                 }
                 earlier.push((log.now(), now));
             }
-            assert!(undone > 50 && most_named < 40, "{undone} {most_named}");
+            assert!(undone > 50 && glides > 50 && most_named < 40, "{undone} {glides} {most_named}");
         });
     }
 

@@ -156,10 +156,16 @@ impl EditRecord {
         self.changed_triangles.iter().map(|changed| changed.row).chain(new)
     }
 
-    /// The vertex that the edit has moved, with its row before the edit, and those between which it is then.
-    pub fn slid(&self) -> Option<(u32, Parents)> {
-        let Edit::Slide { vertex, towards, weight } = self.edit else { return None };
-        Some((vertex, Parents::on_edge(vertex, towards, weight)))
+    /// Row of the vertex that a slide or a glide has moved, and the parents between which it lies now.
+    pub fn moved(&self) -> Option<(u32, Parents)> {
+        match self.edit {
+            Edit::Slide { vertex, towards, weight } => Some((vertex, Parents::on_edge(vertex, towards, weight))),
+            Edit::Glide { vertex, triangle, weights } => {
+                let around = self.changed_triangles.iter().find(|changed| changed.row == triangle)?;
+                Some((vertex, Parents::in_triangle(around.corners, weights)))
+            }
+            _ => None,
+        }
     }
 
     /// Rows of the vertices that the edit has parted: those it has duplicated.

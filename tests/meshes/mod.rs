@@ -10,7 +10,7 @@ use proptest::test_runner::{RngAlgorithm, TestRng};
 use rhexis::generate;
 use rhexis::math::{Orthotropic, RestTriangle, Sym2};
 use rhexis::storage::{
-    Mesh, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices,
+    Mesh, NONE, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices,
     measure::{rest_corners, rest_data},
 };
 
@@ -157,6 +157,29 @@ impl Body {
             self.vertices.position[row] = stretch * x + DVec3::new(0.0, 0.05, 0.1) * wave.dot(x).sin();
             self.vertices.velocity[row] = random.vector(1.0);
         }
+    }
+
+    /// Vertices where two lips of equal length meet, each with the vertices before and after it along the boundary: found by looking
+    /// at all edges.
+    pub fn tips(&self) -> Vec<(u32, [u32; 2])> {
+        let edges = || self.triangles.corners.iter().flat_map(|c| [0, 1, 2].map(|e| (c[e], c[(e + 1) % 3])));
+        let all: std::collections::HashSet<(u32, u32)> = edges().collect();
+        let mut beside = vec![[NONE; 2]; self.vertices.len()];
+        for (from, to) in edges().filter(|&(from, to)| !all.contains(&(to, from))) {
+            beside[from as usize][1] = to;
+            beside[to as usize][0] = from;
+        }
+        let rest = |row: u32| self.vertices.rest_position[row as usize];
+        let is_tip = |&(_, [a, b]): &(u32, [u32; 2])| a != NONE && rest(a).distance(rest(b)) < 1e-12;
+        (0..).zip(beside).filter(is_tip).collect()
+    }
+
+    /// Area of a flat body within its outline, by the edges of the boundary alone.
+    pub fn outlined_area(&self) -> f64 {
+        let next = |v: u32| Some((v, self.topology.next_boundary_vertex(&self.triangles.corners, v)?));
+        let rest = |row: u32| self.vertices.rest_position[row as usize];
+        let edges = (0..self.vertices.len() as u32).filter_map(next);
+        edges.map(|(a, b)| 0.5 * rest(a).cross(rest(b)).z).sum()
     }
 
     pub fn mesh(&mut self) -> Mesh<'_> {

@@ -106,6 +106,13 @@ impl Twin {
                     list[vertex as usize] = a * (1.0 - weight) + b * weight;
                 }
             }
+            Edit::Glide { vertex, triangle, weights } => {
+                let parents = self.corners[triangle as usize].map(|row| row as usize);
+                for list in [&mut self.rest, &mut self.now] {
+                    let [a, b, c] = parents.map(|row| list[row]);
+                    list[vertex as usize] = a * weights[0] + b * weights[1] + c * weights[2];
+                }
+            }
             Edit::Collapse { vertex, into } => self.collapse(vertex, into),
             Edit::Open { ref path } => self.open(path),
         }

@@ -1,8 +1,12 @@
 //! Single edits: refusals, undo in order, what the validator finds.
 
-use crate::meshes::{self, Body, Sheet};
+use crate::meshes::{self, Body, Random, Sheet};
 use glam::DVec3;
-use rhexis::storage::{Broken, Edit, NONE, Refusal, Topology, apply, undo};
+use rhexis::storage::{
+    Broken, Edit, NONE, Refusal, Topology, apply,
+    measure::{linear_momentum, total_area, total_mass},
+    undo,
+};
 
 #[test]
 fn a_refusal_names_its_reason_and_changes_nothing() {
@@ -66,6 +70,136 @@ fn a_collapse_that_would_change_the_surface_is_refused() {
     };
     let mut body = Body::new(&tetrahedron, DVec3::ONE);
     assert_eq!(refuse(&mut body, 0, 1), Refusal::TooFewTriangles { vertex: 0 });
+}
+
+/// A sheet of 6 × 6 cells with a notch of three edges from the lower rim: row 24 is the tip, 17 and the last row are the lips' next.
+fn notched() -> Body {
+    let mut body = Body::new(&meshes::grid(6, 6, 6.0, 6.0), DVec3::X);
+    apply(&mut body.mesh(), &Edit::Open { path: smallvec::smallvec![3, 10, 17, 24] }).unwrap();
+    body
+}
+
+/// A glide of a vertex in the triangle at it that has the directed edge to `next`; the weights are those of the vertex, of `next`
+/// and of the third corner.
+fn glide(body: &Body, vertex: u32, next: u32, [own, along, across]: [f64; 3]) -> Edit {
+    let (triangle, corner) = body.topology.directed_edge(&body.triangles.corners, vertex, next).unwrap();
+    let mut weights = [own; 3];
+    weights[(corner + 1) % 3] = along;
+    weights[(corner + 2) % 3] = across;
+    Edit::Glide { vertex, triangle, weights }
+}
+
+#[test]
+fn a_glide_that_would_change_the_surface_is_refused() {
+    let mut body = notched();
+    let before = body.clone();
+    let refuse = |body: &mut Body, edit: Edit| apply(&mut body.mesh(), &edit).unwrap_err();
+    let third = [0.5, 0.25, 0.25];
+    let (ahead, right) = (31, 25);
+    let beyond = |vertex, triangle| Edit::Glide { vertex, triangle, weights: third };
+    assert_eq!(refuse(&mut body, beyond(7000, 0)), Refusal::NoSuchRow { what: "vertex", row: 7000 });
+    assert_eq!(refuse(&mut body, beyond(24, 72)), Refusal::NoSuchRow { what: "triangle", row: 72 });
+    assert_eq!(refuse(&mut body, beyond(24, 0)), Refusal::NotACorner { vertex: 24, triangle: 0 });
+    let out_of_range = |body: &mut Body, weights: [f64; 3], weight: f64| {
+        let refusal = refuse(body, glide(body, 24, right, weights));
+        // As text: a weight that is no number differs from itself.
+        assert_eq!(format!("{refusal:?}"), format!("{:?}", Refusal::WeightOutOfRange { weight }));
+    };
+    out_of_range(&mut body, [0.0, 0.5, 0.5], 0.0);
+    out_of_range(&mut body, [1.0, 0.0, 0.0], 1.0);
+    out_of_range(&mut body, [0.75, 0.5, -0.25], -0.25);
+    out_of_range(&mut body, [0.75, f64::NAN, 0.25], f64::NAN);
+    out_of_range(&mut body, [0.5, 0.5, 0.5], 1.5);
+    out_of_range(&mut body, [0.5, 0.25, 0.25 + 1e-13], 1.0 + 1e-13);
+
+    let vertex = 16;
+    let edit = glide(&body, vertex, 23, third);
+    assert_eq!(refuse(&mut body, edit), Refusal::InnerVertex { vertex });
+    let edit = glide(&body, 0, 1, third);
+    assert_eq!(refuse(&mut body, edit), Refusal::LipsApart { vertex: 0, gap: 2.0_f64.sqrt() }, "a corner of the rim");
+    let edit = glide(&body, 17, 24, third);
+    assert_eq!(refuse(&mut body, edit), Refusal::LipsApart { vertex: 17, gap: 2.0 }, "a lip");
+
+    // Onto the neighbour to the right, but for a millionth of the way.
+    let edit = glide(&body, 24, right, [1e-6, 1.0 - 1e-6, 0.0]);
+    assert!(matches!(refuse(&mut body, edit), Refusal::WouldMakeSliver { .. }));
+    assert_eq!(body.topology, before.topology);
+    assert!((0..body.vertices.len() as u32).all(|row| body.vertices.at(row) == before.vertices.at(row)));
+    assert!((0..body.triangles.len() as u32).all(|row| body.triangles.at(row) == before.triangles.at(row)));
+
+    // The vertex ahead is drawn near: what is beside it does not see past it, in space alone and in the rest shape.
+    let mut in_space = body.clone();
+    in_space.vertices.position[ahead as usize].y = 3.2;
+    let aside = [0.1, 0.9, 0.0];
+    let edit = glide(&body, 24, right, aside);
+    assert!(apply(&mut body.clone().mesh(), &edit).is_ok());
+    assert!(matches!(refuse(&mut in_space, edit.clone()), Refusal::WouldInvert { .. }));
+    apply(&mut body.mesh(), &Edit::Slide { vertex: ahead, towards: 24, weight: 0.8 }).unwrap();
+    body.vertices.position[ahead as usize].y = 4.0;
+    assert!(matches!(refuse(&mut body, edit), Refusal::WouldInvert { .. }));
+
+    // One lip is split: the lips have unequal lengths.
+    let mut body = notched();
+    let next = body.topology.next_boundary_vertex(&body.triangles.corners, 24).unwrap();
+    let (triangle, edge) = body.topology.directed_edge(&body.triangles.corners, 24, next).unwrap();
+    apply(&mut body.mesh(), &Edit::SplitEdge { triangle, edge, weight: 0.5 }).unwrap();
+    let edit = glide(&body, 24, right, third);
+    assert_eq!(refuse(&mut body, edit), Refusal::LipsApart { vertex: 24, gap: 0.5 });
+    let refusal = Refusal::LipsApart { vertex: 24, gap: 0.5 };
+    let words = "the boundary edges at vertex 24 end 5.000e-1 mm apart in the rest shape, not at one point as the lips of a tear";
+    assert_eq!(refusal.to_string(), words);
+}
+
+#[test]
+fn a_tip_that_glides_leaves_area_mass_momentum_and_outline() {
+    let mut body = notched();
+    body.deform(&mut Random::new(11));
+    let totals = |body: &Body| [total_area(&body.triangles), total_mass(&body.vertices), body.outlined_area()];
+    let (before, momentum) = (totals(&body), linear_momentum(&body.vertices));
+    let size: f64 = body.vertices.mass.iter().zip(&body.vertices.velocity).map(|(m, v)| m * v.length()).sum();
+    let mut done = Vec::new();
+    let mut edit = |body: &mut Body, edit: Edit| {
+        let earlier = body.clone();
+        let record = apply(&mut body.mesh(), &edit).unwrap_or_else(|refusal| panic!("{edit:?}: {refusal}"));
+        done.push((record, earlier));
+        assert_eq!(body.mesh().validate(), Ok(()), "{edit:?}");
+        // Sums of a hundred terms.
+        let off = totals(body).iter().zip(&before).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+        assert!(
+            off < 1e-14 && (linear_momentum(&body.vertices) - momentum).length() < 1e-15 * size,
+            "{off:e} {edit:?}"
+        );
+    };
+    // Up to the right, where both lips are split at one weight; to the left, a little back, and along the edge ahead.
+    let mut expected = DVec3::new(3.0, 3.0, 0.0);
+    for (next, weights) in
+        [(25, [0.6, 0.1, 0.3]), (31, [0.7, 0.1, 0.2]), (23, [0.95, 0.03, 0.02]), (31, [0.5, 0.5, 0.0])]
+    {
+        let (triangle, corner) = body.topology.directed_edge(&body.triangles.corners, 24, next).unwrap();
+        let across = body.triangles.corners[triangle as usize][(corner + 2) % 3];
+        let rest = |row: u32| body.vertices.rest_position[row as usize];
+        expected = expected * weights[0] + rest(next) * weights[1] + rest(across) * weights[2];
+        let glides = glide(&body, 24, next, weights);
+        edit(&mut body, glides);
+        assert!(body.vertices.rest_position[24].distance(expected) < 1e-14, "{expected}");
+        if next != 25 {
+            continue;
+        }
+        let [previous, next] = body.tips().iter().find(|(row, _)| *row == 24).unwrap().1;
+        for (from, to, weight) in [(24, next, 0.6), (previous, 24, 1.0 - 0.6)] {
+            let (triangle, at) = body.topology.directed_edge(&body.triangles.corners, from, to).unwrap();
+            edit(&mut body, Edit::SplitEdge { triangle, edge: at, weight });
+        }
+    }
+    assert_eq!(done.len(), 6);
+    for (record, earlier) in done.into_iter().rev() {
+        undo(&mut body.mesh(), &record).unwrap();
+        assert_eq!(body.mesh().validate(), Ok(()));
+        assert_eq!(body.topology, earlier.topology);
+        assert!((0..earlier.vertices.len() as u32).all(|row| body.vertices.at(row) == earlier.vertices.at(row)));
+        assert!((0..earlier.triangles.len() as u32).all(|row| body.triangles.at(row) == earlier.triangles.at(row)));
+    }
+    assert_eq!(body.vertices.len(), notched().vertices.len());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Random walks of edits, undone now and then, against a naive twin: 100,000 edits in all, over flat, curved, closed and torn
-//! meshes so small that everything is checked after each.
+//! meshes so small that everything is checked after each. A share of the edits is made where two lips meet, as a tear that goes on within
+//! an edge makes them: glides, both lips split at one weight, a vertex ahead collapsed into the tip, flips.
 
 use crate::meshes::twin::{Seen, Twin};
 use crate::meshes::{self, Body, Random, Sheet};
@@ -20,6 +21,8 @@ struct Walk {
     tears: Vec<Vec<u32>>,
     /// All in one plane and of one material.
     is_flat: bool,
+    /// Of ten edits, so many are made at a tip.
+    tip_share: usize,
     /// Above so many triangles collapses are preferred, below splits.
     triangle_count: usize,
 }
@@ -45,10 +48,40 @@ struct State {
 
 #[derive(Default)]
 struct Tally {
-    applied: [usize; 6],
+    applied: [usize; 7],
     boundary_collapses: usize,
+    halved_lips: usize,
+    collapses_into_tips: usize,
     refused: usize,
     undone: usize,
+}
+
+impl Tally {
+    /// Counts an edit that was applied to a body.
+    fn note(&mut self, edit: &Edit, before: &Body, is_at_tip: bool) {
+        self.applied[kind(edit)] += 1;
+        if let Edit::Collapse { vertex, .. } = *edit {
+            self.boundary_collapses += usize::from(before.topology.is_boundary_vertex(vertex));
+            self.collapses_into_tips += usize::from(is_at_tip);
+        }
+    }
+
+    /// Whether every kind of edit was exercised in walks of `count` edits.
+    fn check(&self, walk: &Walk, count: usize) {
+        let Self { applied, boundary_collapses, halved_lips, collapses_into_tips, refused, undone } = self;
+        println!(
+            "applied {applied:?}, {boundary_collapses} collapses on the boundary, {collapses_into_tips} into a tip, \
+             {halved_lips} pairs of lips split, {refused} refused, {undone} undone"
+        );
+        assert!(applied.iter().all(|&n| n >= count / 50), "every kind must be exercised: {applied:?}");
+        assert!(*refused > count / 10 && *undone > count / 10, "refused {refused}, undone {undone}");
+        // A closed or curved surface has straight stretches of boundary only where a tear was split or leads straight on.
+        let least = if walk.is_flat { count / 50 } else { count / 1000 };
+        assert!(*boundary_collapses > least, "{boundary_collapses}");
+        let [glides, others] = [applied[6], (*halved_lips).min(*collapses_into_tips)];
+        let share = count * walk.tip_share;
+        assert!(glides > share / 40 && others > share / 400, "{glides} glides, {others} others at tips");
+    }
 }
 
 fn kind(edit: &Edit) -> usize {
@@ -59,6 +92,7 @@ fn kind(edit: &Edit) -> usize {
         Edit::Slide { .. } => 3,
         Edit::Open { .. } => 4,
         Edit::Collapse { .. } => 5,
+        Edit::Glide { .. } => 6,
     }
 }
 
@@ -68,7 +102,7 @@ fn random_edit(body: &Body, wanted: usize, random: &mut Random) -> Edit {
     let corners = body.triangles.corners[triangle as usize];
     let (vertex, other) = (corners[edge], corners[(edge + 1) % 3]);
     let shrink = if body.triangles.len() > wanted { 12 } else { 3 };
-    match random.below(10 + shrink) {
+    match random.below(11 + shrink) {
         0..=2 => Edit::SplitEdge { triangle, edge, weight: random.unit() },
         3 => {
             let w = [random.between(0.1, 1.0), random.between(0.1, 1.0), random.between(0.1, 1.0)];
@@ -86,8 +120,39 @@ fn random_edit(body: &Body, wanted: usize, random: &mut Random) -> Edit {
             }
             Edit::Open { path: path.into() }
         }
+        10 => Edit::Glide { vertex, triangle, weights: random_weights(edge, random) },
         _ if random.below(2) == 0 => Edit::Collapse { vertex: other, into: vertex },
         _ => Edit::Collapse { vertex, into: other },
+    }
+}
+
+/// Weights of a point in a triangle, now and then on one of its edges, of which a corner has 0.2 and more.
+fn random_weights(corner: usize, random: &mut Random) -> [f64; 3] {
+    let kept = random.between(0.2, 1.0);
+    let share = if random.below(4) == 0 { 0.0 } else { random.unit() };
+    let mut weights = [kept; 3];
+    weights[(corner + 1) % 3] = (1.0 - kept) * share;
+    weights[(corner + 2) % 3] = (1.0 - kept) * (1.0 - share);
+    weights
+}
+
+/// Edits at a vertex where two lips meet, as a tear that goes on within an edge makes them.
+fn edits_at_tip(body: &Body, (tip, [previous, next]): (u32, [u32; 2]), random: &mut Random) -> Vec<Edit> {
+    let around = &body.topology.incident[tip as usize];
+    let entry = around[random.below(around.len())];
+    let (triangle, corner) = (entry / 3, entry as usize % 3);
+    match random.below(10) {
+        0..=4 => vec![Edit::Glide { vertex: tip, triangle, weights: random_weights(corner, random) }],
+        5..=6 => {
+            let weight = random.between(0.3, 0.7);
+            let side = |from, to| body.topology.directed_edge(&body.triangles.corners, from, to).unwrap();
+            let lips = [(side(tip, next), weight), (side(previous, tip), 1.0 - weight)];
+            lips.map(|((triangle, edge), weight)| Edit::SplitEdge { triangle, edge, weight }).to_vec()
+        }
+        7..=8 => {
+            vec![Edit::Collapse { vertex: body.triangles.corners[triangle as usize][(corner + 1) % 3], into: tip }]
+        }
+        _ => vec![Edit::Flip { triangle, edge: random.below(3) }],
     }
 }
 
@@ -116,9 +181,10 @@ impl State {
         let member = |v: u32| (v.is_multiple_of(5) || rim.contains(&v)).then_some(rest[v as usize]);
         let members: Vec<Option<DVec3>> = (0..rest.len() as u32).map(member).collect();
         let rows = (0..).zip(&members).filter_map(|(row, &value)| Some((row, value?)));
-        let marked = [1, 4, rest.len() as u32 - 1];
+        let tips_of_tears = walk.tears.iter().flat_map(|path| [path[0], path[path.len() - 1]]);
+        let marked: Vec<u32> = [1, 4, rest.len() as u32 - 1].into_iter().chain(tips_of_tears).collect();
         let mut tips = Tips::default();
-        for vertex in marked {
+        for &vertex in &marked {
             let (previous, ideal) = (DVec3::X, DVec3::ZERO);
             tips.push(TipRow {
                 vertex,
@@ -130,7 +196,7 @@ impl State {
                 is_coarse: false,
             });
         }
-        let point_load = PointLoad { rows: marked.to_vec(), force: DVec3::X, curve: Curve::constant(1.0) };
+        let point_load = PointLoad { rows: marked.clone(), force: DVec3::X, curve: Curve::constant(1.0) };
         let followers = Followers {
             members: Attached::new(rows),
             topology: body.topology.clone(),
@@ -140,8 +206,8 @@ impl State {
             point_loads: PointLoads { groups: vec![point_load] },
             rim_loads,
         };
-        let marked = marked.map(|row| body.vertices.key(row).unwrap());
-        let twin = Twin::new(&body, members, marked.to_vec(), seen);
+        let marked = marked.iter().map(|&row| body.vertices.key(row).unwrap()).collect();
+        let twin = Twin::new(&body, members, marked, seen);
         Self { body, twin, followers }
     }
 
@@ -177,12 +243,14 @@ impl State {
         let size: f64 = body.vertices.mass.iter().zip(&body.vertices.velocity).map(|(m, v)| m * v.length()).sum();
         let off = (linear_momentum(&body.vertices) - linear_momentum(&before.vertices)).length();
         assert!(off < 1e-12 * size, "{off:e} of {size:e}, {context}");
-        let remaps = matches!(edit, Edit::Flip { .. } | Edit::Slide { .. } | Edit::Collapse { .. });
+        let remaps =
+            matches!(edit, Edit::Flip { .. } | Edit::Slide { .. } | Edit::Glide { .. } | Edit::Collapse { .. });
         if walk.is_flat || !remaps {
             assert!(relative(total_area(&body.triangles), area) < 1e-12, "{context}");
         }
         if walk.is_flat {
             assert!(body.triangles.density.iter().all(|&density| density == 1e-3), "{context}");
+            assert!(relative(body.outlined_area(), 30.0) < 1e-12, "{context}");
         }
         if !remaps {
             // Gradients of triangles down to 1e-3 of the sheet's size carry rounding of 1e-13 into the strain.
@@ -190,6 +258,9 @@ impl State {
         }
         if let Some(ring) = ring {
             self.check_collapse(before, &record, &ring, context);
+        }
+        if let Edit::Glide { vertex, .. } = *edit {
+            self.check_glide(before, vertex, context);
         }
         let angle = |row: u32| smallest_angle(rest_corners(&body.vertices, body.triangles.corners[row as usize]));
         let is_shaped = |c: &&rhexis::storage::ChangedTriangle| match *edit {
@@ -224,6 +295,24 @@ impl State {
                 assert!(old.corners.contains(&removed.vertex) || old.density == new.density, "{context}");
             }
         }
+    }
+
+    /// A glide leaves the topology, state and material away from the tip as they were, and two lips of equal length.
+    fn check_glide(&self, before: &Body, tip: u32, context: &str) {
+        let body = &self.body;
+        assert_eq!(body.topology, before.topology, "{context}");
+        let ring = self.twin.ring(tip);
+        for row in (0..body.vertices.len() as u32).filter(|row| !ring.contains(row)) {
+            assert_eq!(body.vertices.at(row), before.vertices.at(row), "{context}");
+        }
+        for row in 0..body.triangles.len() as u32 {
+            let (old, new) = (before.triangles.at(row), body.triangles.at(row));
+            assert_eq!((old.fibre, old.stiffness, old.thickness), (new.fibre, new.stiffness, new.thickness));
+            assert!(old.corners.contains(&tip) || old == new, "{context}");
+        }
+        let (_, ends) = *before.tips().iter().find(|(row, _)| *row == tip).unwrap_or_else(|| panic!("{context}"));
+        let length = |row: u32| self.twin.rest[tip as usize].distance(self.twin.rest[row as usize]);
+        assert!((length(ends[0]) - length(ends[1])).abs() < 1e-12, "{context}");
     }
 
     fn follow(&mut self, record: &EditRecord, walk: &Walk, context: &str) {
@@ -311,31 +400,36 @@ fn run(walk: &Walk, seed: u8, count: usize) {
                 }
                 _ => {}
             }
-            let edit = random_edit(&state.body, walk.triangle_count, &mut random);
-            let earlier = state.clone();
-            match state.apply(&edit, &earlier.body, walk, &mut seen, &format!("{context}: {edit:?}")) {
-                Ok(record) => {
-                    let is_rim = |v: u32| earlier.body.topology.is_boundary_vertex(v);
-                    let is_boundary = matches!(edit, Edit::Collapse { vertex, .. } if is_rim(vertex));
-                    tally.boundary_collapses += usize::from(is_boundary);
-                    tally.applied[kind(&edit)] += 1;
-                    done.push((record, earlier));
+            let tips = if random.below(10) < walk.tip_share { state.body.tips() } else { Vec::new() };
+            let is_at_tip = !tips.is_empty();
+            let edits = if is_at_tip {
+                edits_at_tip(&state.body, tips[random.below(tips.len())], &mut random)
+            } else {
+                vec![random_edit(&state.body, walk.triangle_count, &mut random)]
+            };
+            let first = done.len();
+            for edit in &edits {
+                let earlier = state.clone();
+                match state.apply(edit, &earlier.body, walk, &mut seen, &format!("{context}: {edit:?}")) {
+                    Ok(record) => {
+                        tally.note(edit, &earlier.body, is_at_tip);
+                        done.push((record, earlier));
+                    }
+                    Err(_) => {
+                        tally.refused += 1;
+                        break;
+                    }
                 }
-                Err(_) => tally.refused += 1,
             }
+            tally.halved_lips += usize::from(edits.len() == 2 && done.len() == first + 2);
         }
     }
-    let Tally { applied, boundary_collapses, refused, undone } = tally;
-    assert!(applied.iter().all(|&n| n >= count / 50), "every kind must be exercised: {applied:?}");
-    assert!(refused > count / 10 && undone > count / 10, "refused {refused}, undone {undone}");
-    // A closed or curved surface has straight stretches of boundary only where a tear was split or leads straight on.
-    assert!(boundary_collapses > if walk.is_flat { count / 50 } else { count / 1000 }, "{boundary_collapses}");
-    println!("applied {applied:?}, {boundary_collapses} collapses on the boundary, {refused} refused, {undone} undone");
+    tally.check(walk, count);
 }
 
 fn flat() -> Walk {
     let sheet = meshes::grid(6, 5, 6.0, 5.0);
-    Walk { sheet, fibre: DVec3::new(1.0, 1.0, 0.0), tears: Vec::new(), is_flat: true, triangle_count: 60 }
+    Walk { sheet, fibre: DVec3::new(1.0, 1.0, 0.0), tears: Vec::new(), is_flat: true, tip_share: 1, triangle_count: 60 }
 }
 
 #[test]
@@ -346,23 +440,42 @@ fn on_a_flat_sheet() {
 #[test]
 fn on_a_torn_sheet() {
     // A notch from the lower rim, and a slit inside.
-    run(&Walk { tears: vec![vec![2, 9, 16], vec![18, 25, 32]], ..flat() }, 2, 20_000);
+    run(&Walk { tears: vec![vec![2, 9, 16], vec![18, 25, 32]], tip_share: 5, ..flat() }, 2, 20_000);
 }
 
 #[test]
 fn on_a_cap() {
     let fibre = DVec3::new(0.3, 1.0, 0.0);
-    run(&Walk { sheet: meshes::cap(3), fibre, tears: Vec::new(), is_flat: false, triangle_count: 54 }, 3, 20_000);
+    run(
+        &Walk { sheet: meshes::cap(3), fibre, tears: Vec::new(), is_flat: false, tip_share: 2, triangle_count: 54 },
+        3,
+        20_000,
+    );
 }
 
 #[test]
 fn on_a_sphere() {
     let fibre = DVec3::new(1.0, 0.5, 0.2);
-    run(&Walk { sheet: meshes::sphere(1), fibre, tears: Vec::new(), is_flat: false, triangle_count: 40 }, 4, 20_000);
+    run(
+        &Walk { sheet: meshes::sphere(1), fibre, tears: Vec::new(), is_flat: false, tip_share: 2, triangle_count: 40 },
+        4,
+        20_000,
+    );
 }
 
 #[test]
 fn on_a_torus() {
     let fibre = DVec3::new(1.0, 0.5, 0.2);
-    run(&Walk { sheet: meshes::torus(7, 5), fibre, tears: Vec::new(), is_flat: false, triangle_count: 70 }, 5, 20_000);
+    run(
+        &Walk {
+            sheet: meshes::torus(7, 5),
+            fibre,
+            tears: Vec::new(),
+            is_flat: false,
+            tip_share: 2,
+            triangle_count: 70,
+        },
+        5,
+        20_000,
+    );
 }

@@ -81,12 +81,22 @@ fn random_edit(body: &Body, random: &mut Random) -> Edit {
     let edge = random.below(3);
     let corners = body.triangles.corners[triangle as usize];
     let (vertex, towards) = (corners[edge], corners[(edge + 1) % 3]);
-    match random.below(10) {
+    match random.below(12) {
         0 => Edit::SplitEdge { triangle, edge, weight: random.between(0.3, 0.7) },
         1 => Edit::SplitTriangle { triangle, weights: [0.25, 0.25, 0.5] },
         2 | 3 => Edit::Flip { triangle, edge },
         4 | 5 => Edit::Slide { vertex, towards, weight: random.between(0.05, 0.3) },
         6 | 7 => Edit::Collapse { vertex, into: towards },
+        8 | 9 => {
+            let tips = body.tips();
+            let Some(&(vertex, _)) = tips.get(random.below(tips.len().max(1))) else {
+                return Edit::Flip { triangle, edge };
+            };
+            let entry = body.topology.incident[vertex as usize][0];
+            let mut weights = [0.15; 3];
+            weights[entry as usize % 3] = 0.7;
+            Edit::Glide { vertex, triangle: entry / 3, weights }
+        }
         _ => {
             // From the boundary inwards, so that something opens.
             let open = (0..3).find(|&e| body.topology.neighbours[triangle as usize][e] == NONE).unwrap_or(edge);
@@ -104,12 +114,13 @@ fn what_is_remembered_follows_random_edits() {
         body.deform(&mut random);
         let mut memory = TipMemory::default();
         let mut tips: Vec<u32> = (0..6).map(|_| random.below(body.vertices.len()) as u32).collect();
-        let (mut done, mut asked) = (0, 0);
+        let (mut done, mut glides, mut asked) = (0, 0, 0);
         while done < 400 {
             let edit = random_edit(&body, &mut random);
             if apply(&mut body.mesh(), &edit).is_ok() {
                 body.mesh().release();
                 done += 1;
+                glides += usize::from(matches!(edit, Edit::Glide { .. }));
             }
             // Sometimes several edits lie between two looks, and sometimes a tip moves.
             tips.iter_mut().for_each(|tip| *tip = (*tip).min(body.vertices.len() as u32 - 1));
@@ -132,6 +143,6 @@ fn what_is_remembered_follows_random_edits() {
                 tips[moved] = random.below(body.vertices.len()) as u32;
             }
         }
-        assert!(asked > 500);
+        assert!(asked > 500 && glides > 20, "{asked} {glides}");
     }
 }

@@ -79,7 +79,7 @@ impl Changes {
             return self.forget();
         }
         self.log.extend(record.created().map(|(row, &parents)| Change::VertexAdded { row, parents }));
-        self.log.extend(record.slid().into_iter().map(|(row, parents)| Change::VertexMoved { row, parents }));
+        self.log.extend(record.moved().into_iter().map(|(row, parents)| Change::VertexMoved { row, parents }));
         let changed = record.changed_triangles.iter();
         self.log.extend(changed.map(|t| Change::TriangleChanged { row: t.row_before, corners: t.corners }));
         let added = (record.first_triangle..).zip(&record.new_triangles);
@@ -225,5 +225,51 @@ fn ranges_of(rows: &mut Vec<u32>, count: u32, ranges: &mut Vec<Range<u32>>) {
             Some(last) if last.end == row => last.end = row + 1,
             _ => ranges.push(row..row + 1),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::components::{Attributes, Increment};
+    use crate::storage::{Edit, Mesh, Topology, Triangles, Vertices, apply};
+    use glam::DVec3;
+
+    #[test]
+    fn what_follows_a_tip_blends_its_three_parents() {
+        let (mut simulation, body) = crate::internal::example().unwrap();
+        type Query<'a> = (&'a mut Vertices, &'a mut Triangles, &'a mut Topology);
+        let (vertices, triangles, topology) = simulation.world_mut().query_one_mut::<Query<'_>>(body.entity()).unwrap();
+        let mut mesh = Mesh { vertices, triangles, topology };
+        // A notch of two edges from the lower rim of 8 × 8 cells.
+        let tip = 22;
+        apply(&mut mesh, &Edit::Open { path: [4, 13, tip].into_iter().collect() }).unwrap();
+
+        let mut copy = mesh.vertices.rest_position.clone();
+        let mut attributes = Attributes::new(3, copy.iter().flat_map(|p| p.to_array()).collect());
+        let mut increment = Increment { start: copy.clone(), ..Increment::default() };
+        let mut changes = Changes { log: Vec::new(), is_whole: false };
+        for entry in mesh.topology.incident[tip as usize].clone() {
+            let mut weights = [0.1, 0.2, 0.3];
+            weights[entry as usize % 3] = 1.0 - weights[(entry as usize + 1) % 3] - weights[(entry as usize + 2) % 3];
+            let record = apply(&mut mesh, &Edit::Glide { vertex: tip, triangle: entry / 3, weights }).unwrap();
+            changes.note(&record, mesh.triangles.len());
+            attributes.follow(&record);
+            increment.follow(&record);
+        }
+
+        let rest = &mesh.vertices.rest_position;
+        let mut set = ChangeSet::default();
+        set.take(&mut changes, rest.len() as u32, mesh.triangles.len() as u32);
+        for change in &set.list {
+            if let Change::VertexMoved { row, parents } = change {
+                assert!(*row == tip && parents.rows().len() == 3 && parents.rows().contains(&tip));
+                copy[*row as usize] = parents.blend(|parent| copy[parent as usize]);
+            }
+        }
+        assert!(copy == *rest && increment.start == *rest && rest[tip as usize] != DVec3::new(5.0, 2.5, 0.0));
+        assert!(attributes.values.iter().eq(rest.iter().flat_map(|p| p.as_ref())));
+        assert!(set.vertices.len() == 1 && set.vertices[0] == (tip..tip + 1));
+        assert!((0..rest.len() as u32).all(|row| set.vertex_destination(row) == Some(row)));
     }
 }

@@ -110,7 +110,7 @@ impl Attributes {
         for (_, parents) in record.created() {
             (0..stride).for_each(|i| self.values.push(blend(&self.values, stride, parents, i)));
         }
-        if let Some((row, parents)) = record.slid() {
+        if let Some((row, parents)) = record.moved() {
             for i in 0..stride {
                 self.values[row as usize * stride + i] = blend(&self.values, stride, &parents, i);
             }

@@ -2,8 +2,8 @@
 
 use crate::components::{FreeAxes, GuardFigures};
 use crate::event::GuardPlace;
+use crate::storage::EditRecord;
 use crate::storage::room::grow;
-use crate::storage::{Edit, EditRecord};
 use glam::DVec3;
 
 /// Where the step started and how far it has come. *State.*
@@ -82,8 +82,7 @@ impl Increment {
         stages.into_iter().for_each(Vec::clear);
     }
 
-    /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and
-    /// the one that a collapse removes is gone.
+    /// Follows an edit: new and moved vertices take the blend of their parents, and the one that a collapse removes is gone.
     pub fn follow(&mut self, record: &EditRecord) {
         self.slack_energy = None;
         let Self { start, start_velocity, displacement, middle_displacement, middle_velocity, .. } = self;
@@ -94,10 +93,10 @@ impl Increment {
                     values.push(blended);
                 }
             }
-            if let Edit::Slide { vertex, towards, weight } = record.edit
-                && (vertex.max(towards) as usize) < values.len()
+            if let Some((vertex, parents)) = record.moved()
+                && parents.rows().iter().all(|&row| (row as usize) < values.len())
             {
-                values[vertex as usize] = values[vertex as usize].lerp(values[towards as usize], weight);
+                values[vertex as usize] = parents.blend(|row| values[row as usize]);
             }
             if let Some(removed) = &record.removed
                 && values.len() == record.first_vertex as usize

@@ -8,7 +8,10 @@
 //! The triangles that stay keep fibre, stiffness and thickness; the mass of those that vanish goes to them as density where
 //! it does not come along with the area. They are strained anew, so the elastic energy changes: the caller judges by how much.
 
-use super::{Draft, checked_rest, current_of, keep_mass, normal, rest_of, same_side, triangle_mass};
+use super::{
+    Draft, are_vertices, beside_on_boundary, checked_rest, current_of, keep_mass, normal, rest_of, same_side,
+    triangle_mass,
+};
 use crate::storage::measure::rest_corners;
 use crate::storage::{Mesh, NONE, Refusal};
 
@@ -17,11 +20,7 @@ use crate::storage::{Mesh, NONE, Refusal};
 const STRAIGHT_BOUNDARY: f64 = 1e-9;
 
 pub(super) fn collapse(mesh: &Mesh<'_>, vertex: u32, into: u32) -> Result<Draft, Refusal> {
-    for row in [vertex, into] {
-        if row as usize >= mesh.vertices.len() {
-            return Err(Refusal::NoSuchRow { what: "vertex", row });
-        }
-    }
+    are_vertices(mesh, &[vertex, into])?;
     if !mesh.topology.is_edge(&mesh.triangles.corners, vertex, into) {
         return Err(Refusal::NoSuchEdge { from: vertex, to: into });
     }
@@ -55,13 +54,7 @@ pub(super) fn collapse(mesh: &Mesh<'_>, vertex: u32, into: u32) -> Result<Draft,
 
 /// A vertex on the boundary may go along the boundary, where that is straight.
 fn boundary_stays(mesh: &Mesh<'_>, vertex: u32, into: u32) -> Result<(), Refusal> {
-    let fan = mesh.topology.fan(vertex);
-    let (Some(&(first, i)), Some(&(last, j))) = (fan.sectors.first(), fan.sectors.last()) else { return Ok(()) };
-    if fan.is_closed {
-        return Ok(());
-    }
-    let corners = &mesh.triangles.corners;
-    let (next, previous) = (corners[first as usize][(i + 1) % 3], corners[last as usize][(j + 2) % 3]);
+    let Some([previous, next]) = beside_on_boundary(mesh, vertex) else { return Ok(()) };
     if into != next && into != previous {
         return Err(Refusal::BoundaryVertex { vertex });
     }

@@ -15,7 +15,7 @@ use smallvec::SmallVec;
 /// An edit may leave an angle below 1° only where it replaces one that was no better. This is the square of its tangent.
 const SLIVER_TANGENT_SQ: f64 = 3.046_792_916_482_916e-4;
 
-/// Mass that a flip, slide or collapse may gain or lose, relative to the triangles it touches, before their densities are
+/// Mass that a flip, slide, glide or collapse may gain or lose, relative to the triangles it touches, before their densities are
 /// corrected. Rounding of a dozen triangle areas stays below, so that flat uniform sheets keep their densities bit for bit.
 const MASS_ROUNDING: f64 = 1e-13;
 
@@ -42,6 +42,7 @@ pub(super) fn draft(mesh: &Mesh<'_>, edit: &Edit) -> Result<Draft, Refusal> {
         Edit::SplitTriangle { triangle, weights } => split::triangle(mesh, triangle, weights),
         Edit::Flip { triangle, edge } => flip::flip(mesh, triangle, edge),
         Edit::Slide { vertex, towards, weight } => slide::slide(mesh, vertex, towards, weight),
+        Edit::Glide { vertex, triangle, weights } => slide::glide(mesh, vertex, triangle, weights),
         Edit::Collapse { vertex, into } => collapse::collapse(mesh, vertex, into),
         Edit::Open { ref path } => open::open(mesh, path),
     }
@@ -55,10 +56,20 @@ struct EdgeSides {
     other: Option<(u32, usize)>,
 }
 
+/// Refuses rows beyond the end of the vertices.
+fn are_vertices(mesh: &Mesh<'_>, rows: &[u32]) -> Result<(), Refusal> {
+    let beyond = rows.iter().find(|&&row| row as usize >= mesh.vertices.len());
+    beyond.map_or(Ok(()), |&row| Err(Refusal::NoSuchRow { what: "vertex", row }))
+}
+
+/// Corners of a triangle, if there is one in that row.
+fn corners_at(mesh: &Mesh<'_>, triangle: u32) -> Result<[u32; 3], Refusal> {
+    let corners = mesh.triangles.corners.get(triangle as usize);
+    corners.copied().ok_or(Refusal::NoSuchRow { what: "triangle", row: triangle })
+}
+
 fn edge_sides(mesh: &Mesh<'_>, triangle: u32, edge: usize) -> Result<EdgeSides, Refusal> {
-    let Some(corners) = mesh.triangles.corners.get(triangle as usize) else {
-        return Err(Refusal::NoSuchRow { what: "triangle", row: triangle });
-    };
+    let corners = corners_at(mesh, triangle)?;
     if edge > 2 {
         return Err(Refusal::NoSuchEdge { from: NONE, to: NONE });
     }
@@ -72,6 +83,20 @@ fn edge_sides(mesh: &Mesh<'_>, triangle: u32, edge: usize) -> Result<EdgeSides, 
 
 fn open_interval(weight: f64) -> Result<(), Refusal> {
     if weight > 0.0 && weight < 1.0 { Ok(()) } else { Err(Refusal::WeightOutOfRange { weight }) }
+}
+
+/// Refuses barycentric weights whose sum differs from 1 by more than the few roundings of a division by their sum.
+fn sum_to_one(weights: [f64; 3]) -> Result<(), Refusal> {
+    let sum: f64 = weights.iter().sum();
+    if (sum - 1.0).abs() <= 1e-14 { Ok(()) } else { Err(Refusal::WeightOutOfRange { weight: sum }) }
+}
+
+/// The vertices before and after one along the boundary; `None` for a vertex inside.
+fn beside_on_boundary(mesh: &Mesh<'_>, vertex: u32) -> Option<[u32; 2]> {
+    let fan = mesh.topology.fan(vertex);
+    let (&(first, i), &(last, j)) = (fan.sectors.first()?, fan.sectors.last()?);
+    let corners = &mesh.triangles.corners;
+    (!fan.is_closed).then(|| [corners[last as usize][(j + 2) % 3], corners[first as usize][(i + 1) % 3]])
 }
 
 fn new_vertex(mesh: &Mesh<'_>, parents: Parents) -> (Parents, VertexRow) {
@@ -132,8 +157,8 @@ fn same_side(a: DVec3, b: DVec3) -> bool {
     a.dot(b) > 0.0
 }
 
-/// Corrects the densities of changed triangles where their mass is no longer `mass`. On a curved surface flips, slides and
-/// collapses change the area at second order in the edge length, and between unequal triangles they carry thickness along.
+/// Corrects the densities of changed triangles where their mass is no longer `mass`. On a curved surface flips, slides, glides
+/// and collapses change the area at second order in the edge length, and between unequal triangles they carry thickness along.
 fn keep_mass(changed: &mut [(u32, TriangleRow)], mass: f64) {
     let present: f64 = changed.iter().map(|(_, row)| triangle_mass(row)).sum();
     if (present - mass).abs() > MASS_ROUNDING * mass {

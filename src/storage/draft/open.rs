@@ -3,7 +3,7 @@
 //! Duplicating a vertex once per component of its fan leaves one fan per vertex, so no bowtie can remain. Every edge of the path
 //! ends in a duplicated vertex, unless the path is a single edge with both ends inside, which is refused.
 
-use super::Draft;
+use super::{Draft, are_vertices};
 use crate::storage::{Mesh, Parents, Refusal, TriangleRow, VertexRow};
 use smallvec::SmallVec;
 
@@ -32,11 +32,7 @@ pub(super) fn open(mesh: &Mesh<'_>, path: &[u32]) -> Result<Draft, Refusal> {
 }
 
 fn check(mesh: &Mesh<'_>, path: &[u32]) -> Result<(), Refusal> {
-    for &row in path {
-        if row as usize >= mesh.vertices.len() {
-            return Err(Refusal::NoSuchRow { what: "vertex", row });
-        }
-    }
+    are_vertices(mesh, path)?;
     let is_loop = path.len() > 3 && path.first() == path.last();
     let simple = if is_loop { &path[1..] } else { path };
     let repeats = simple.iter().enumerate().any(|(i, v)| simple[..i].contains(v));

@@ -1,7 +1,10 @@
 //! Splitting an edge or a triangle. The parts lie in the plane of their parent and are mapped as it was, so neither area,
 //! mass, momentum nor elastic energy changes.
 
-use super::{Draft, checked_rest, corner_positions, edge_sides, new_vertex, normal, open_interval, rest_of};
+use super::{
+    Draft, checked_rest, corner_positions, corners_at, edge_sides, new_vertex, normal, open_interval, rest_of,
+    sum_to_one,
+};
 use crate::storage::{Mesh, Parents, Refusal, TriangleRow, VertexRow};
 
 pub(super) fn edge(mesh: &Mesh<'_>, triangle: u32, edge: usize, weight: f64) -> Result<Draft, Refusal> {
@@ -20,17 +23,11 @@ pub(super) fn edge(mesh: &Mesh<'_>, triangle: u32, edge: usize, weight: f64) -> 
 }
 
 pub(super) fn triangle(mesh: &Mesh<'_>, triangle: u32, weights: [f64; 3]) -> Result<Draft, Refusal> {
-    let Some(&corners) = mesh.triangles.corners.get(triangle as usize) else {
-        return Err(Refusal::NoSuchRow { what: "triangle", row: triangle });
-    };
+    let corners = corners_at(mesh, triangle)?;
     for weight in weights {
         open_interval(weight)?;
     }
-    let sum: f64 = weights.iter().sum();
-    // Weights from a division by their sum are off by a few roundings.
-    if (sum - 1.0).abs() > 1e-14 {
-        return Err(Refusal::WeightOutOfRange { weight: sum });
-    }
+    sum_to_one(weights)?;
     let row = mesh.vertices.len() as u32;
     let (parents, vertex) = new_vertex(mesh, Parents::in_triangle(corners, weights));
     let mut draft = Draft::default();

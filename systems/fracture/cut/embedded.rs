@@ -159,8 +159,7 @@ impl Cutter<'_, '_> {
         };
         let into = match *edit {
             Edit::Collapse { into, .. } => record.vertex_after(into),
-            Edit::Slide { vertex, .. } => Some(vertex),
-            _ => None,
+            _ => record.moved().map(|(row, _)| row),
         };
         let around = into.map_or(SmallVec::new(), |row| self.mesh.topology.incident[row as usize].clone());
         let star = around.iter().map(|&entry| self.angle_of(entry / 3)).fold(std::f64::consts::PI, f64::min);

@@ -155,23 +155,34 @@ pub fn overrides(which: u8, text: &str) {
 /// Edits of a small body, read from bytes, undone now and then: refused, or whole.
 pub fn edits(bytes: &[u8]) {
     let mut input = Input(bytes);
-    let sheet: Sheet = match input.byte() % 4 {
-        0 => meshes::grid(3, 3, 3.0, 3.0),
+    let start = input.byte() % 5;
+    let sheet: Sheet = match start {
         1 => meshes::cap(2),
         2 => meshes::sphere(1),
-        _ => meshes::torus(4, 4),
+        3 => meshes::torus(4, 4),
+        _ => meshes::grid(3, 3, 3.0, 3.0),
     };
     let mut body = Body::new(&sheet, DVec3::new(1.0, 0.5, 0.2));
     let area: f64 = area(&body);
     let mut done: Vec<EditRecord> = Vec::new();
+    if start == 4 {
+        // A notch, so that there is a tip.
+        done.push(apply(&mut body.mesh(), &Edit::Open { path: [1, 5].into_iter().collect() }).unwrap());
+    }
     while !input.0.is_empty() && body.triangles.len() < 500 {
-        let edit = match input.byte() % 8 {
+        let edit = match input.byte() % 9 {
             0 => Edit::SplitEdge { triangle: input.row(), edge: input.edge(), weight: input.number() },
             1 => Edit::SplitTriangle { triangle: input.row(), weights: input.weights() },
             2 => Edit::Flip { triangle: input.row(), edge: input.edge() },
             3 => Edit::Slide { vertex: input.row(), towards: input.row(), weight: input.number() },
             4 => Edit::Open { path: (0..input.byte() % 6).map(|_| input.row()).collect() },
             5 | 6 => Edit::Collapse { vertex: input.row(), into: input.row() },
+            7 => {
+                let (triangle, corner) = (input.row(), input.edge());
+                let corners = body.triangles.corners.get(triangle as usize);
+                let vertex = corners.and_then(|corners| corners.get(corner)).copied().unwrap_or(triangle);
+                Edit::Glide { vertex, triangle, weights: input.weights() }
+            }
             _ => {
                 if let Some(record) = done.pop() {
                     undo(&mut body.mesh(), &record).unwrap();
