@@ -1,6 +1,6 @@
 //! The advance budget of a tip in a step, and whether it suffices for the tip's next triangle.
 
-use crate::components::{RefusedSite, SolveResult, TearDecision, TearDecisions, Tearing};
+use crate::components::{RefusedSite, SolveResult, TearDecision, TearDecisions, TearMode, Tearing};
 use crate::storage::{TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::fracture::cut::tip::fan_chart;
 use crate::systems::{StepContext, work};
@@ -69,6 +69,7 @@ fn will_tear(
             .map_or(0.0, |exit| exit.distance);
         let is_clear = decision.value > CLEAR_CRITERION;
         let may_advance = decision.value > DUE && !tips.is_refused[tip];
+        let is_clear = is_clear && tearing.mode != TearMode::Glide;
         may_advance && (!is_clear || budget.suffices(budget.of_tip(tips.advance_budget[tip], way), way))
     };
     let mut asking = decisions.tips.iter().enumerate().filter_map(|(tip, decision)| Some((tip, decision.as_ref()?)));

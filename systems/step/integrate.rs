@@ -20,7 +20,10 @@ pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (&'a mut SolveResult, Option<&'a Sleeping>, Option<&'a mut TearDecisions>);
     for (result, sleeping, decisions) in world.query_mut::<Query>() {
-        decisions.into_iter().for_each(|decisions| decisions.correctors = 0);
+        if let Some(decisions) = decisions {
+            decisions.correctors = 0;
+            decisions.glides.clear();
+        }
         result.begin(sleeping.is_some_and(Sleeping::is_asleep));
         count += usize::from(result.is_active());
     }

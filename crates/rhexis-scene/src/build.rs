@@ -234,6 +234,7 @@ fn tearing(spec: &TearingSpec, material: &Material, key: &str) -> Result<Tearing
         mode: match spec.mode {
             TearModeSpec::Free => TearMode::Free,
             TearModeSpec::Edge => TearMode::Edge,
+            TearModeSpec::Glide => TearMode::Glide,
         },
         max_tear_speed: positive(at("max_tear_speed"), spec.max_tear_speed, "mm/ms")?,
         may_initiate: spec.may_initiate,

@@ -14,6 +14,9 @@ pub enum TearMode {
     Free,
     /// Along existing edges; no new triangles.
     Edge,
+    /// In any direction, by tips that glide within their triangles: between two edges the force is that of the toughness. Where a tip cannot
+    /// glide (rims, junctions, borders of materials, held vertices, static solves) it advances as in free mode.
+    Glide,
 }
 
 /// The tear criterion and how it is applied (Allard, Marchal, Cotin 2009, eq. 2–6, corrected). *Parameter.*

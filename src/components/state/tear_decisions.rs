@@ -2,7 +2,7 @@
 
 use crate::components::{BlockedNucleation, DecidedBy, LigamentFailure};
 use crate::math::Sym2;
-use crate::storage::{TriangleKey, Triangles, VertexKey, Vertices};
+use crate::storage::{TipKey, TriangleKey, Triangles, VertexKey, Vertices};
 use glam::DVec3;
 
 /// Where a tear starts.
@@ -65,6 +65,19 @@ pub struct TearDecision {
     pub edges_per_radius: f64,
 }
 
+/// Moves of a tip that glides within the present step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TipGlide {
+    /// The tip.
+    pub tip: TipKey,
+    /// Way in this step \[mm\].
+    pub way: f64,
+    /// Number of moves, tried ones included.
+    pub moves: u32,
+    /// Length of the last move \[mm\] and G/G_c before it, until a solve has followed.
+    pub last: Option<(f64, f64)>,
+}
+
 /// *State.* One decision per tip, in the order of the tips' rows, one for the place where a tear may start, and refusals that are
 /// reported already.
 #[derive(Clone, Debug, Default)]
@@ -98,6 +111,9 @@ pub struct TearDecisions {
     /// *Derived*: criterion of each tip before the last corrector solve.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub before_corrector: Vec<f64>,
+    /// *Derived*: tips that have glided in the present step.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub glides: Vec<TipGlide>,
 }
 
 impl TearDecisions {

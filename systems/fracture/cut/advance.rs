@@ -246,7 +246,7 @@ impl Cutter<'_, '_> {
     }
 
     /// The smallest rest angle \[rad\] around the tip, and across the edges opposite to it.
-    fn smallest_around(&self, tip: &TipChart) -> f64 {
+    pub(in crate::systems::fracture) fn smallest_around(&self, tip: &TipChart) -> f64 {
         self.smallest_among(tip.fan.sectors.iter().flat_map(|&(triangle, corner)| {
             let across = self.mesh.topology.neighbours[triangle as usize][(corner + 1) % 3];
             std::iter::once(triangle).chain((across != NONE).then_some(across))

@@ -6,6 +6,7 @@ pub(super) mod cut_line;
 pub(super) mod edge;
 pub(super) mod embedded;
 pub(super) mod free;
+pub(super) mod glide;
 pub(super) mod heading;
 pub(super) mod least_edge;
 pub(super) mod locate;

@@ -44,7 +44,7 @@ impl Cutter<'_, '_> {
             (TearSite::Vertex(vertex), _) if self.mesh.topology.is_boundary_vertex(vertex) => {
                 self.notch(vertex, direction, mode)
             }
-            (_, TearMode::Free) => self.slit(site, direction),
+            (_, TearMode::Free | TearMode::Glide) => self.slit(site, direction),
             (TearSite::Vertex(vertex), TearMode::Edge) => self.slit_along_edges(&[vertex], direction),
             (TearSite::Triangle(triangle), TearMode::Edge) => {
                 let missing = Refusal::NoSuchRow { what: "triangle", row: triangle };
@@ -61,7 +61,7 @@ impl Cutter<'_, '_> {
     fn notch(&mut self, vertex: u32, direction: DVec3, mode: TearMode) -> Result<Slit, TearRefusal> {
         let at = self.mesh.vertices.rest_position[vertex as usize];
         let (advance, ideal) = match mode {
-            TearMode::Free => self.advance(vertex, direction).map(|advance| (advance, advance.to))?,
+            TearMode::Free | TearMode::Glide => self.advance(vertex, direction).map(|advance| (advance, advance.to))?,
             TearMode::Edge => {
                 let step = self.advance_along_edge(vertex, at, direction)?;
                 (step.advance, step.ideal)

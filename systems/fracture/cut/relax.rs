@@ -101,7 +101,7 @@ fn normal(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-fn are_alike(a: &TriangleRow, b: &TriangleRow) -> bool {
+pub(in crate::systems::fracture) fn are_alike(a: &TriangleRow, b: &TriangleRow) -> bool {
     let moduli = |q: Orthotropic| [q.q11, q.q12, q.q22, q.q66];
     let strains = |e: Sym2| [e.xx, e.yy, e.xy];
     let close = |x: f64, y: f64| (x - y).abs() <= ALIKE * x.abs().max(y.abs());

@@ -2,10 +2,12 @@
 //! the mesh follows.
 
 mod ends;
+mod glide;
 mod nucleation;
 
 use crate::components::{
-    DecidedBy, EnergyCriterion, PartedBy, Refined, SolveResult, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
+    DecidedBy, EnergyCriterion, PartedBy, Refined, SolveResult, TearDecision, TearDecisions, TearLog, TearMode,
+    Tearing, TipGlide,
 };
 use crate::event::{Course, EventKind, TearCost};
 use crate::math::elementary;
@@ -45,8 +47,16 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             log.note_decisions(&decisions.tips);
             note_blocked_nucleation(decisions, log);
         }
+        let is_gliding = glide::is_gliding(tearing, step.is_static);
+        if is_gliding {
+            glide::learn(tips, decisions, tearing);
+        }
         if !decisions.ask() {
-            (0..tips.len()).for_each(|tip| rest(tips, tip, budget));
+            if is_gliding {
+                tips.is_refused.fill(false);
+            } else {
+                (0..tips.len()).for_each(|tip| rest(tips, tip, budget));
+            }
             decisions.may_advance_further = false;
             continue;
         }
@@ -64,6 +74,9 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             touched: SmallVec::new(),
             waits_for_speed: false,
             waits_for_budget: false,
+            gliding_dt: is_gliding.then_some(step.dt),
+            glides: std::mem::take(&mut decisions.glides),
+            may_glide_on: false,
         };
         for (key, decision) in in_turn(tearer.tips, &decisions.tips, step) {
             let advances = (tearer.log.advance_count - advances_before) as usize;
@@ -91,12 +104,14 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
         let has_more = (0..tearer.tips.len()).any(|tip| may_go_on(tables, tearing, tearer.tips, tip));
         let (waits_for_speed, waits_for_budget) = (tearer.waits_for_speed, tearer.waits_for_budget);
+        let has_more = if is_gliding { tearer.may_glide_on } else { has_more };
+        decisions.glides = std::mem::take(&mut tearer.glides);
         let triangles = tearer.mesh.triangles.len();
         let (has_advanced, has_started) = (log.advance_count > advances_before, log.nucleation_count > starts_before);
         decisions.may_advance_further = if step.is_static {
             has_advanced || has_started || has_parted
         } else {
-            has_advanced && (has_more || waits_for_budget)
+            (has_advanced || is_gliding) && (has_more || waits_for_budget)
         };
         let advances = (log.advance_count - advances_before) as usize;
         result.work = result.work.saturating_add(work::of_advances(advances, triangles));
@@ -142,14 +157,32 @@ struct Tearer<'a> {
     waits_for_speed: bool,
     /// Whether a tip waits because the work budget is used up.
     waits_for_budget: bool,
+    /// The time step \[ms\] where tips glide.
+    gliding_dt: Option<f64>,
+    /// Tips that have glided in this step.
+    glides: Vec<TipGlide>,
+    /// Whether a tip is to glide on after another solve.
+    may_glide_on: bool,
 }
 
 impl Tearer<'_> {
+    /// Rests a tip whose criterion is not above 1.
+    fn rest(&mut self, tip: usize, budget: AdvanceBudget) {
+        if self.gliding_dt.is_some() {
+            self.tips.is_refused[tip] = false;
+        } else {
+            rest(self.tips, tip, budget);
+        }
+    }
+
     /// Lets a tip that would advance save its advance budget up for the next step.
     fn wait(&mut self, key: TipKey, decision: &TearDecision, budget: AdvanceBudget) {
         let Some(tip) = self.tips.row(key).map(|row| row as usize) else { return };
         if !(decision.value > 1.0) {
-            return rest(self.tips, tip, budget);
+            return self.rest(tip, budget);
+        }
+        if self.gliding_dt.is_some() {
+            return self.waits_for_budget = true;
         }
         let chart = TipChart::new(&self.mesh, self.tips.vertex[tip]).ok();
         self.waits_for_budget |= self.has_budget(tip, chart.as_ref(), decision.direction, budget);
@@ -171,7 +204,7 @@ impl Tearer<'_> {
         self.log.edges_per_radius =
             Some(self.log.edges_per_radius.map_or(decision.edges_per_radius, |e| e.min(decision.edges_per_radius)));
         if !(decision.value > 1.0) {
-            return rest(self.tips, tip, budget);
+            return self.rest(tip, budget);
         }
         let (vertex, ideal) = (self.tips.vertex[tip], self.tips.ideal[tip]);
         let at = self.mesh.vertices.rest_position[vertex as usize];
@@ -179,9 +212,15 @@ impl Tearer<'_> {
         if edges_per_radius < RESOLVED && !std::mem::replace(&mut self.tips.is_coarse[tip], true) {
             self.log.pending.push(EventKind::UnderResolved { tip: key, at, edges_per_radius });
         }
+        if let Some(dt) = self.gliding_dt {
+            if self.glide(key, tip, decision, dt) {
+                return;
+            }
+        }
         // Whole triangles only: a tear that stopped inside one would leave more and worse ones.
         let chart = TipChart::new(&self.mesh, vertex);
-        if !self.has_budget(tip, chart.as_ref().ok(), decision.direction, budget) {
+        let is_gliding = self.gliding_dt.is_some();
+        if !is_gliding && !self.has_budget(tip, chart.as_ref().ok(), decision.direction, budget) {
             return self.note_held_back(key, at, decision.value);
         }
         let factor = chart.as_ref().map_or(1.0, |tip| self.factor_ahead(tip, decision.direction));
@@ -189,12 +228,16 @@ impl Tearer<'_> {
         let result = chart.and_then(|tip| self.cut_from(&tip, ideal, decision.direction));
         match result {
             Ok((advance, ideal)) => {
+                let fall = self.tips.advance_budget[tip];
                 self.record_advance(key, decision, (&advance, thickness, factor), ideal);
+                self.keep_fall(key, fall);
                 self.leave_notch(&advance);
                 self.branch(decision);
             }
             Err(refusal) => {
-                self.tips.advance_budget[tip] = self.tips.advance_budget[tip].min(0.0);
+                if !is_gliding {
+                    self.tips.advance_budget[tip] = self.tips.advance_budget[tip].min(0.0);
+                }
                 if !std::mem::replace(&mut self.tips.is_refused[tip], true) {
                     self.refuse(Some(key), at, &refusal);
                 }
@@ -220,7 +263,37 @@ impl Tearer<'_> {
         (advance, thickness, factor): (&Advance, f64, f64),
         ideal: DVec3,
     ) {
-        let Some(tip) = self.tips.row(key) else { return };
+        let cost = self.go_on(key, decision, (advance, thickness, factor), ideal);
+        self.log.advance_count += 1;
+        let wanted = if self.tearing.mode == TearMode::Edge { Course::Edge } else { Course::Exact };
+        self.log.detour_count += u32::from(advance.course != wanted);
+        self.log.ambiguous_count += u32::from(decision.is_ambiguous);
+        self.log.material_force_count += u32::from(matches!(decision.by, DecidedBy::MaterialForce(_)));
+        self.log.pending.push(EventKind::Advanced {
+            tip: key,
+            from: advance.from,
+            to: advance.to,
+            direction: decision.direction,
+            criterion: decision.value,
+            margin: decision.margin,
+            is_ambiguous: decision.is_ambiguous,
+            by: decision.by,
+            release: decision.release,
+            cost,
+            course: advance.course,
+        });
+        self.finish_cut(advance.end.and_then(|End { freed }| freed));
+    }
+
+    /// Moves a tip along a way, and adds that to the length and the area torn; its cost.
+    fn go_on(
+        &mut self,
+        key: TipKey,
+        decision: &TearDecision,
+        (advance, thickness, factor): (&Advance, f64, f64),
+        ideal: DVec3,
+    ) -> Option<TearCost> {
+        let tip = self.tips.row(key)?;
         let length = advance.length();
         let area = length * 0.5 * (thickness + self.thickness_at(advance.vertex));
         let way = (advance.to - advance.from).normalize_or(decision.direction);
@@ -241,26 +314,8 @@ impl Tearer<'_> {
             },
         );
         self.log.length += length;
-        self.log.advance_count += 1;
-        let wanted = if self.tearing.mode == TearMode::Edge { Course::Edge } else { Course::Exact };
-        self.log.detour_count += u32::from(advance.course != wanted);
-        self.log.ambiguous_count += u32::from(decision.is_ambiguous);
-        self.log.material_force_count += u32::from(matches!(decision.by, DecidedBy::MaterialForce(_)));
         self.log.note_angle(advance.smallest_angle);
-        self.log.pending.push(EventKind::Advanced {
-            tip: key,
-            from: advance.from,
-            to: advance.to,
-            direction: decision.direction,
-            criterion: decision.value,
-            margin: decision.margin,
-            is_ambiguous: decision.is_ambiguous,
-            by: decision.by,
-            release: decision.release,
-            cost: toughness.map(|toughness| TearCost { area, toughness, overshoot }),
-            course: advance.course,
-        });
-        self.finish_cut(advance.end.and_then(|End { freed }| freed));
+        toughness.map(|toughness| TearCost { area, toughness, overshoot })
     }
 
     /// Mean thickness of the triangles around a vertex \[mm\].
@@ -302,7 +357,9 @@ impl Tearer<'_> {
     fn cut_from(&mut self, tip: &TipChart, ideal: DVec3, direction: DVec3) -> Result<(Advance, DVec3), TearRefusal> {
         let mode = self.tearing.mode;
         self.cut(|cutter| match mode {
-            TearMode::Free => cutter.advance_from(tip, direction).map(|advance| (advance, advance.to)),
+            TearMode::Free | TearMode::Glide => {
+                cutter.advance_from(tip, direction).map(|advance| (advance, advance.to))
+            }
             TearMode::Edge => {
                 let step = cutter.advance_along_edge_from(tip, ideal, direction)?;
                 Ok((step.advance, step.ideal))
@@ -315,10 +372,19 @@ impl Tearer<'_> {
         self.log.pending.push(EventKind::Refused { tip, at, reason: refusal.to_string() });
     }
 
-    /// Cuts, and lets everything follow.
+    /// Cuts, and lets everything follow. Vertices that belong to the tissue alone may be moved.
     fn cut<T>(&mut self, work: impl FnOnce(&mut Cutter<'_, '_>) -> Result<T, TearRefusal>) -> Result<T, TearRefusal> {
+        self.cut_moving(|followers, v| followers.leave_free(v), work)
+    }
+
+    /// Cuts, and lets everything follow; `may_move` tells which vertices but tips may be moved.
+    fn cut_moving<T>(
+        &mut self,
+        may_move: impl Fn(&Followers<'_>, u32) -> bool,
+        work: impl FnOnce(&mut Cutter<'_, '_>) -> Result<T, TearRefusal>,
+    ) -> Result<T, TearRefusal> {
         let (followers, tips) = (&self.followers, &self.tips);
-        let is_movable = |v: u32| followers.leave_free(v) && !tips.vertex.contains(&v);
+        let is_movable = |v: u32| may_move(followers, v) && !tips.vertex.contains(&v);
         let mut cutter = Cutter {
             mesh: &mut self.mesh,
             is_movable: &is_movable,

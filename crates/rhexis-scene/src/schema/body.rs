@@ -213,6 +213,8 @@ pub enum TearModeSpec {
     Free,
     /// Along existing edges.
     Edge,
+    /// In any direction, by tips that glide within their triangles.
+    Glide,
 }
 
 /// What tips decide by.
@@ -252,7 +254,7 @@ pub struct TearingSpec {
     pub cone_degrees: f64,
     /// Radius R \[mm\] of the disc over which the stress at a tip is averaged: a property of the tissue, not of the mesh.
     pub radius: f64,
-    /// `"free"` (default) or `"edge"`.
+    /// `"free"` (default), `"edge"` or `"glide"`.
     #[serde(default)]
     pub mode: TearModeSpec,
     /// Fastest advance of a tip \[mm/ms\]. Default 0.1.

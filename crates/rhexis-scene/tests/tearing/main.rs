@@ -4,6 +4,7 @@ mod account;
 mod cuts;
 mod energy_criterion;
 mod fracture;
+mod gliding;
 mod held_shut;
 mod random_tears;
 mod refinement;
