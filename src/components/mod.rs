@@ -89,7 +89,7 @@ pub use state::sleep_state::SleepState;
 pub use state::solve_result::SolveResult;
 #[doc(hidden)]
 pub use state::step_forces::StepForces;
+pub use state::tear_decisions::TearDecision;
 #[doc(hidden)]
-pub use state::tear_decisions::{RefusedSite, TearDecisions, TearSite};
-pub use state::tear_decisions::{TearDecision, TipGlide};
+pub use state::tear_decisions::{RefusedSite, TearDecisions, TearSite, TipGlide};
 pub use state::tear_log::TearLog;

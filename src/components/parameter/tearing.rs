@@ -15,7 +15,8 @@ pub enum TearMode {
     /// Along existing edges; no new triangles.
     Edge,
     /// In any direction, by tips that glide within their triangles: between two edges the force is that of the toughness. Where a tip cannot
-    /// glide (rims, junctions, borders of materials, held vertices, static solves) it advances as in free mode.
+    /// glide (rims, junctions, borders of materials, held vertices, static solves) it advances as in free mode. Solves take an incomplete factor
+    /// where they would take multigrid.
     Glide,
 }
 

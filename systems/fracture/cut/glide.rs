@@ -3,7 +3,7 @@
 //! The field ahead stays as it is and topology changes only now and then: lips that have grown long are halved, a vertex near ahead is
 //! collapsed into the tip, poor angles are flipped away.
 
-use super::relax::{are_alike, may_slide};
+use super::relax::{are_alike, is_flat, may_slide};
 use crate::event::Course;
 use crate::math::SmallestAngle;
 use crate::storage::{Edit, NONE};
@@ -91,11 +91,13 @@ impl Cutter<'_, '_> {
         // Over a border of materials their values would smear.
         let own = self.mesh.triangles.at(triangle);
         let is_uniform = tip.fan.sectors.iter().all(|&(other, _)| are_alike(&own, &self.mesh.triangles.at(other)));
-        if is_near_rim || !is_uniform {
+        // On a ridge a glide would take the protruding part off.
+        if is_near_rim || !is_uniform || !is_flat(self.mesh, vertex) {
             return Err(outside);
         }
         let start = self.scratch.records.len();
         let before = self.smallest_around(tip);
+        let least_edge = self.least_edge(tip.fan.sectors.iter().map(|&(triangle, _)| triangle));
         let part = moved / exit.distance;
         let mut weights = [0.0; 3];
         weights[(corner + 1) % 3] = part * (1.0 - exit.along);
@@ -105,11 +107,16 @@ impl Cutter<'_, '_> {
         self.relax(start, &[]);
         let to = self.clear_ahead(vertex, direction, edge);
         let angle = self.smallest_touched(start);
-        if angle < self.quality.least.min(before) {
+        if !self.is_sound(start, before, least_edge) {
             self.roll_back(start);
             return Err(TearRefusal::NoRoom { angle });
         }
         Ok((moved, to, angle))
+    }
+
+    /// Whether the records from `start` on leave no angle and no edge smaller than is allowed or was there before \[rad, mm\].
+    fn is_sound(&self, start: usize, before: f64, least_edge: f64) -> bool {
+        self.smallest_touched(start) >= self.quality.least.min(before) && !self.leaves_shorter_edges(start, least_edge)
     }
 
     /// Evens the lips at a tip: the longer is split at the length of the shorter, and both are halved where they are long.
@@ -127,6 +134,8 @@ impl Cutter<'_, '_> {
             return Lips::None;
         }
         let start = self.scratch.records.len();
+        let before = self.smallest_around(tip);
+        let least_edge = self.least_edge(tip.fan.sectors.iter().map(|&(triangle, _)| triangle));
         let is_done = if (long_a - long_b).abs() > EVEN * long_a.max(long_b) {
             let (lip, distance) = if long_a > long_b { (a, long_b) } else { (b, long_a) };
             self.split_lip(tip.vertex, lip, distance)
@@ -135,11 +144,11 @@ impl Cutter<'_, '_> {
         } else {
             return Lips::Even;
         };
-        if !is_done {
+        self.relax(start, &[]);
+        if !is_done || !self.is_sound(start, before, least_edge) {
             self.roll_back(start);
             return Lips::None;
         }
-        self.relax(start, &[]);
         Lips::Edited
     }
 

@@ -24,7 +24,10 @@ impl Cutter<'_, '_> {
 
     /// Whether the records from `start` on leave a triangle with an edge shorter than `least` \[mm\].
     pub(in crate::systems::fracture) fn leaves_shorter_edges(&self, start: usize, least: f64) -> bool {
-        least > 0.0 && self.shortest(self.shaped(start).flat_map(EditRecord::shaped_triangles)) < least
+        // A collapse may have taken rows away.
+        let count = self.mesh.triangles.len() as u32;
+        let shaped = self.shaped(start).flat_map(EditRecord::shaped_triangles).filter(|&row| row < count);
+        least > 0.0 && self.shortest(shaped) < least
     }
 
     /// The shortest rest edge \[mm\] of some triangles; infinite where there are none.

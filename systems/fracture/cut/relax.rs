@@ -88,13 +88,17 @@ fn are_coplanar(n: DVec3, m: DVec3) -> bool {
 /// Whether a vertex may be moved in the rest surface: it lies inside, where that is nearly flat. Moving a corner or a ridge
 /// takes off the protruding part: an octahedron lost a quarter of its area.
 pub(in crate::systems::fracture) fn may_slide(mesh: &Mesh, vertex: u32) -> bool {
+    is_flat(mesh, vertex) && !mesh.topology.is_boundary_vertex(vertex)
+}
+
+/// Whether the rest surface is nearly flat around a vertex.
+pub(in crate::systems::fracture) fn is_flat(mesh: &Mesh, vertex: u32) -> bool {
     let corners_of = |t: u32| mesh.triangles.corners[t as usize].map(|v| mesh.vertices.rest_position[v as usize]);
     let around = &mesh.topology.incident[vertex as usize];
     let normals: SmallVec<[DVec3; 12]> =
         around.iter().map(|&entry| corners_of(entry / 3)).map(|[a, b, c]| normal(a, b, c)).collect();
     let mean: DVec3 = normals.iter().sum();
-    let is_flat = normals.iter().all(|n| are_coplanar(*n, mean));
-    is_flat && !mesh.topology.is_boundary_vertex(vertex)
+    normals.iter().all(|n| are_coplanar(*n, mean))
 }
 
 fn normal(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {

@@ -1,6 +1,6 @@
 //! The rule of tips that glide: each goes on as far as brings its energy release back to the toughness.
 //!
-//! With g = G/G_c and its fall κ per length the move is (g − 1)/κ. The fall is learnt from what the moves of a step have changed. Moves and
+//! With g = G/G_c and its fall κ per length the move is (g − 1)/κ. The fall is learnt from the change by each move. Moves and
 //! solves alternate while g − 1 is more than a tolerance.
 
 use super::Tearer;
@@ -51,7 +51,7 @@ pub(super) fn learn(tips: &mut Tips, decisions: &mut TearDecisions, tearing: &Te
 }
 
 impl Tearer<'_> {
-    /// Lets a tip glide by what its energy release asks for. Whether it has done so or waits for its speed; else it is to advance by a whole
+    /// Lets a tip glide as far as its energy release asks for. Whether it has done so or waits for its speed; else it is to advance by a whole
     /// triangle.
     pub(super) fn glide(&mut self, key: TipKey, tip: usize, decision: &TearDecision, dt: f64) -> bool {
         let vertex = self.tips.vertex[tip];

@@ -1,6 +1,6 @@
 //! The choice of preconditioners for a body's solve.
 
-use crate::components::{FreeAxes, Tearing};
+use crate::components::{FreeAxes, TearMode, Tearing};
 use crate::settings::{Precision, Preconditioner};
 use crate::systems::StepContext;
 use crate::systems::solver::{Available, Factor, FactorUse, MixedPreconditioner, MixedSolver, Operator};
@@ -35,6 +35,7 @@ pub(super) fn available<'a>(
     // By direction.
     let is_auto = step.preconditioner == Preconditioner::Auto;
     let axes: DVec3 = if is_auto { free.iter().sum() } else { DVec3::ZERO };
+    let glides = tearing.is_some_and(|tearing| tearing.mode == TearMode::Glide);
     let axes_of_levels = match (operator.is_planar() && axes.z == 0.0, tearing) {
         (false, _) => LEAST_AXES_IN_SPACE,
         (true, None) => LEAST_AXES_PLANAR,
@@ -42,7 +43,18 @@ pub(super) fn available<'a>(
     };
     Available {
         factor: use_of_factor(step, axes.element_sum()).map(|when| (factor, when)),
-        mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
+        mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels)
+            .and_then(|kind| if glides { without_levels(step, kind) } else { Some(kind) })
+            .map(|kind| (mixed, kind)),
+    }
+}
+
+/// The preconditioner of a body whose tips glide: the weights of multigrid's levels stand for places in the rest shape, and a glide moves a
+/// vertex there without another edit.
+fn without_levels(step: &StepContext, kind: MixedPreconditioner) -> Option<MixedPreconditioner> {
+    match kind {
+        MixedPreconditioner::Multigrid => (!step.is_static).then_some(MixedPreconditioner::IncompleteCholesky),
+        kind => Some(kind),
     }
 }
 

@@ -35,6 +35,13 @@ fn bodies_that_have_done_their_step_are_left_as_they_are() {
     break_nothing(&[(31, 11_615), (31, 13_071), (31, 19_855)]);
 }
 
+/// Tips that glide: lips that were halved into slivers, rows that a collapse had taken away, levels of multigrid that a glide had left behind.
+#[test]
+fn tips_that_glide_break_nothing() {
+    let glides: Vec<(u64, u64)> = (0..25).map(|case| (10_000, case)).collect();
+    break_nothing(&glides);
+}
+
 /// A body that pressure has blown up to 1e155 mm is set spinning.
 #[test]
 fn no_velocity_is_set_whose_energy_is_not_finite() {

@@ -41,7 +41,7 @@ pub(super) struct Actor {
 ///
 /// # Errors
 /// What the engine refuses of it, which it should not.
-pub(super) fn scene(dice: &mut Dice, threads: usize) -> Result<Scene, String> {
+pub(super) fn scene(dice: &mut Dice, threads: usize, glides: bool) -> Result<Scene, String> {
     let is_free = dice.chance(0.35);
     let settings = settings(dice, threads);
     let mut simulation = Simulation::new(settings).map_err(|error| error.to_string())?;
@@ -51,6 +51,12 @@ pub(super) fn scene(dice: &mut Dice, threads: usize) -> Result<Scene, String> {
         if bodies.is_empty() || dice.chance(0.12) {
             let (membrane, is_planar, length) = membrane(name, dice, is_free, &settings);
             let entity = simulation.spawn(membrane).map_err(|error| error.to_string())?;
+            if glides
+                && let Ok(mut tearing) = simulation.world().get::<&mut Tearing>(entity.entity())
+                && tearing.mode == TearMode::Free
+            {
+                tearing.mode = TearMode::Glide;
+            }
             bodies.push(Actor { entity, is_planar });
             size = size.max(length);
         }
