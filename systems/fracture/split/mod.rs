@@ -212,10 +212,10 @@ impl Tearer<'_> {
         if edges_per_radius < RESOLVED && !std::mem::replace(&mut self.tips.is_coarse[tip], true) {
             self.log.pending.push(EventKind::UnderResolved { tip: key, at, edges_per_radius });
         }
-        if let Some(dt) = self.gliding_dt {
-            if self.glide(key, tip, decision, dt) {
-                return;
-            }
+        if let Some(dt) = self.gliding_dt
+            && self.glide(key, tip, decision, dt)
+        {
+            return;
         }
         // Whole triangles only: a tear that stopped inside one would leave more and worse ones.
         let chart = TipChart::new(&self.mesh, vertex);
