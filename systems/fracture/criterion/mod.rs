@@ -64,6 +64,7 @@ pub fn criterion(world: &mut hecs::World, _: &StepContext) -> usize {
         },
         |((surface, tearing), (tips, decisions, memory, _, log), (holds, grips, energy))| {
             let surface = Surface::of(surface);
+            decisions.make_room(tips.len());
             for tip in 0..tips.len() {
                 let place = (tips.vertex[tip], tips.previous[tip]);
                 let decision = match energy {

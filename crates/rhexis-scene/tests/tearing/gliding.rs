@@ -81,6 +81,7 @@ fn a_hand_feels_the_toughness_between_two_edges_too_and_the_tear_ends_at_the_rim
     assert!((after.0 - before.0).abs() < 1e-11 * before.0 && (after.1 - before.1).abs() < 1e-11 * before.1);
 }
 
+#[cfg(feature = "snapshot")]
 #[test]
 fn a_save_in_the_middle_of_a_glide_and_two_threads_give_the_same_bits() {
     let (mut simulation, body) = trouser();
