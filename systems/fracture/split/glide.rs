@@ -77,6 +77,7 @@ impl Tearer<'_> {
         let glide = self
             .cut_moving(|followers, v| followers.can_spare(v), |cutter| cutter.glide(vertex, direction, length, edge));
         let Ok(advance) = glide else { return false };
+        self.has_glided = true;
         let length = advance.length();
         let glide = &mut self.glides[place];
         (glide.last, glide.way) = (Some((length, g)), way + length);
@@ -86,6 +87,7 @@ impl Tearer<'_> {
             self.record_advance(key, decision, (&advance, thickness, factor), advance.to);
         } else {
             self.lengthen_advance(key, decision, (&advance, thickness, factor));
+            self.lengthened += 1;
         }
         self.keep_fall(key, fall);
         true

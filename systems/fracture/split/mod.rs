@@ -77,9 +77,11 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             gliding_dt: is_gliding.then_some(step.dt),
             glides: std::mem::take(&mut decisions.glides),
             may_glide_on: false,
+            has_glided: false,
+            lengthened: 0,
         };
         for (key, decision) in in_turn(tearer.tips, &decisions.tips, step) {
-            let advances = (tearer.log.advance_count - advances_before) as usize;
+            let advances = (tearer.log.advance_count - advances_before) as usize + tearer.lengthened;
             let and_this = work::of_advances(advances + 1, tearer.mesh.triangles.len());
             if advances > 0 && step.left(result).is_some_and(|left| left < and_this) {
                 tearer.wait(key, decision, budget);
@@ -87,11 +89,14 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
                 tearer.advance(key, decision, budget);
             }
         }
-        if let Some((site, decision)) = decisions.nucleation {
+        // A glide may have given rows to others: sites found before it are void.
+        let has_glided = tearer.has_glided;
+        if let Some((site, decision)) = decisions.nucleation.filter(|_| !has_glided) {
             let refused = tearer.nucleate(site, &decision, decisions.nucleation_length);
             tearer.tell_refused(refused, &mut decisions.refused_nucleation);
         }
-        let has_torn = tearer.log.advance_count > advances_before || tearer.log.nucleation_count > starts_before;
+        let has_torn =
+            has_glided || tearer.log.advance_count > advances_before || tearer.log.nucleation_count > starts_before;
         // A ligament parts only by a criterion evaluated on the present mesh.
         let has_parted = match &decisions.ligament_failure {
             Some(failure) if !has_torn => tearer.part(failure, &mut decisions.refused_ligament_failure),
@@ -106,6 +111,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let (waits_for_speed, waits_for_budget) = (tearer.waits_for_speed, tearer.waits_for_budget);
         let has_more = if is_gliding { tearer.may_glide_on } else { has_more };
         decisions.glides = std::mem::take(&mut tearer.glides);
+        let lengthened = tearer.lengthened;
         let triangles = tearer.mesh.triangles.len();
         let (has_advanced, has_started) = (log.advance_count > advances_before, log.nucleation_count > starts_before);
         decisions.may_advance_further = if step.is_static {
@@ -113,7 +119,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         } else {
             (has_advanced || is_gliding) && (has_more || waits_for_budget)
         };
-        let advances = (log.advance_count - advances_before) as usize;
+        let advances = (log.advance_count - advances_before) as usize + lengthened;
         result.work = result.work.saturating_add(work::of_advances(advances, triangles));
         // The last pass of a step: those before are redone.
         let is_counted = waits_for_speed && !decisions.may_advance_further;
@@ -163,6 +169,10 @@ struct Tearer<'a> {
     glides: Vec<TipGlide>,
     /// Whether a tip is to glide on after another solve.
     may_glide_on: bool,
+    /// Whether a tip has glided in this pass.
+    has_glided: bool,
+    /// Number of glides that have lengthened an advance of the same step.
+    lengthened: usize,
 }
 
 impl Tearer<'_> {
