@@ -42,7 +42,7 @@ impl Mesh<'_> {
 }
 
 /// Applies an edit. Total mass and linear momentum stay; splits and openings keep area and elastic energy as well.
-/// Flips, slides, glides and collapses strain triangles anew, so that the elastic energy changes; they keep the area of flat
+/// Flips, slides, glides and collapses change the strains of triangles, and so the elastic energy; they keep the area of flat
 /// sheets, on curved ones it changes at second order in the edge length.
 ///
 /// # Errors

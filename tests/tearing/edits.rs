@@ -127,7 +127,7 @@ fn a_glide_that_would_change_the_surface_is_refused() {
     assert!((0..body.vertices.len() as u32).all(|row| body.vertices.at(row) == before.vertices.at(row)));
     assert!((0..body.triangles.len() as u32).all(|row| body.triangles.at(row) == before.triangles.at(row)));
 
-    // The vertex ahead is drawn near: what is beside it does not see past it, in space alone and in the rest shape.
+    // The vertex ahead is drawn near, in space alone and in the rest shape: triangles beside it would turn over.
     let mut in_space = body.clone();
     in_space.vertices.position[ahead as usize].y = 3.2;
     let aside = [0.1, 0.9, 0.0];

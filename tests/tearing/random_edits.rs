@@ -21,7 +21,7 @@ struct Walk {
     tears: Vec<Vec<u32>>,
     /// All in one plane and of one material.
     is_flat: bool,
-    /// Of ten edits, so many are made at a tip.
+    /// Number of edits in ten that are made at a tip.
     tip_share: usize,
     /// Above so many triangles collapses are preferred, below splits.
     triangle_count: usize,

@@ -236,7 +236,7 @@ mod tests {
     use glam::DVec3;
 
     #[test]
-    fn what_follows_a_tip_blends_its_three_parents() {
+    fn followers_of_a_tip_blend_its_three_parents() {
         let (mut simulation, body) = crate::internal::example().unwrap();
         type Query<'a> = (&'a mut Vertices, &'a mut Triangles, &'a mut Topology);
         let (vertices, triangles, topology) = simulation.world_mut().query_one_mut::<Query<'_>>(body.entity()).unwrap();

@@ -124,12 +124,12 @@ impl TearDecisions {
             (None, 0.0, None, None);
     }
 
-    /// Makes room for the criterion of so many tips before a corrector solve.
+    /// Reserves room for the criterion of `tips` tips before a corrector solve.
     pub(crate) fn make_room(&mut self, tips: usize) {
         self.before_corrector.reserve(tips.saturating_sub(self.before_corrector.len()));
     }
 
-    /// Counts a corrector solve, before which the criterion is as it is now.
+    /// Counts a corrector solve and keeps the present criterion of each tip.
     pub(crate) fn note_corrector(&mut self) {
         self.correctors += 1;
         self.before_corrector.clear();

@@ -5,10 +5,8 @@
 
 use super::Tearer;
 use crate::components::{TearDecision, TearDecisions, TearMode, Tearing, TipGlide};
-use crate::event::{EventKind, TearCost};
 use crate::math::elementary;
 use crate::storage::{TipKey, Tips};
-use crate::systems::fracture::Advance;
 
 /// g − 1 up to which a step is not resumed.
 const AT_TOUGHNESS: f64 = 0.04;
@@ -82,40 +80,12 @@ impl Tearer<'_> {
         let glide = &mut self.glides[place];
         (glide.last, glide.way) = (Some((length, g)), way + length);
         let factor = self.factor_at(advance.vertex);
-        let fall = self.tips.advance_budget[tip];
         if way == 0.0 {
             self.record_advance(key, decision, (&advance, thickness, factor), advance.to);
         } else {
             self.lengthen_advance(key, decision, (&advance, thickness, factor));
             self.lengthened += 1;
         }
-        self.keep_fall(key, fall);
         true
-    }
-
-    /// Keeps the fall of a tip that glides through an advance.
-    pub(super) fn keep_fall(&mut self, key: TipKey, fall: f64) {
-        if let Some(row) = self.tips.row(key).filter(|_| self.gliding_dt.is_some()) {
-            self.tips.advance_budget[row as usize] = fall;
-        }
-    }
-
-    /// Adds a move to the advance of the same step.
-    fn lengthen_advance(&mut self, key: TipKey, decision: &TearDecision, way: (&Advance, f64, f64)) {
-        let to = way.0.to;
-        let more = self.go_on(key, decision, way, to);
-        let mut told = self.log.pending.iter_mut().rev();
-        let advance = told.find_map(|event| match event {
-            EventKind::Advanced { tip, to, cost, .. } if *tip == key => Some((to, cost)),
-            _ => None,
-        });
-        let Some((end, cost)) = advance else { return };
-        *end = to;
-        if let (Some(cost), Some(more)) = (cost, more) {
-            let area = cost.area + more.area;
-            let mean = |a: f64, b: f64| (a * cost.area + b * more.area) / area;
-            let (toughness, overshoot) = (mean(cost.toughness, more.toughness), mean(cost.overshoot, more.overshoot));
-            *cost = TearCost { area, toughness, overshoot };
-        }
     }
 }

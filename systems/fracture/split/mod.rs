@@ -1,20 +1,19 @@
 //! The split: tips advance where the criterion exceeds 1, tears start where there is no tip, and everything that refers to
 //! the mesh follows.
 
+mod account;
 mod ends;
 mod glide;
 mod nucleation;
 
 use crate::components::{
-    DecidedBy, EnergyCriterion, PartedBy, Refined, SolveResult, TearDecision, TearDecisions, TearLog, TearMode,
-    Tearing, TipGlide,
+    EnergyCriterion, PartedBy, Refined, SolveResult, TearDecision, TearDecisions, TearLog, TearMode, Tearing, TipGlide,
 };
-use crate::event::{Course, EventKind, TearCost};
-use crate::math::elementary;
+use crate::event::EventKind;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::fracture::{
-    Advance, AdvanceBudget, Cutter, End, EnergyTerms, Followers, FollowersQuery, NewTip, Quality, TearRefusal,
-    TearScratch, TipChart, factor_of, in_turn, may_go_on, mean_around, turned_axis,
+    Advance, AdvanceBudget, Cutter, Followers, FollowersQuery, NewTip, Quality, TearRefusal, TearScratch, TipChart,
+    in_turn, may_go_on,
 };
 use crate::systems::{StepContext, work};
 use glam::DVec3;
@@ -171,7 +170,7 @@ struct Tearer<'a> {
     may_glide_on: bool,
     /// Whether a tip has glided in this pass.
     has_glided: bool,
-    /// Number of glides that have lengthened an advance of the same step.
+    /// Number of glides that have lengthened an earlier advance of this step.
     lengthened: usize,
 }
 
@@ -238,9 +237,7 @@ impl Tearer<'_> {
         let result = chart.and_then(|tip| self.cut_from(&tip, ideal, decision.direction));
         match result {
             Ok((advance, ideal)) => {
-                let fall = self.tips.advance_budget[tip];
                 self.record_advance(key, decision, (&advance, thickness, factor), ideal);
-                self.keep_fall(key, fall);
                 self.leave_notch(&advance);
                 self.branch(decision);
             }
@@ -262,96 +259,6 @@ impl Tearer<'_> {
         }
         self.waits_for_speed = true;
         self.log.held_back_criterion = self.log.held_back_criterion.max(criterion);
-    }
-
-    /// Records an advance, with the thickness \[mm\] of the sheet at its start, into a triangle with this factor of the body's
-    /// toughness.
-    fn record_advance(
-        &mut self,
-        key: TipKey,
-        decision: &TearDecision,
-        (advance, thickness, factor): (&Advance, f64, f64),
-        ideal: DVec3,
-    ) {
-        let cost = self.go_on(key, decision, (advance, thickness, factor), ideal);
-        self.log.advance_count += 1;
-        let wanted = if self.tearing.mode == TearMode::Edge { Course::Edge } else { Course::Exact };
-        self.log.detour_count += u32::from(advance.course != wanted);
-        self.log.ambiguous_count += u32::from(decision.is_ambiguous);
-        self.log.material_force_count += u32::from(matches!(decision.by, DecidedBy::MaterialForce(_)));
-        self.log.pending.push(EventKind::Advanced {
-            tip: key,
-            from: advance.from,
-            to: advance.to,
-            direction: decision.direction,
-            criterion: decision.value,
-            margin: decision.margin,
-            is_ambiguous: decision.is_ambiguous,
-            by: decision.by,
-            release: decision.release,
-            cost,
-            course: advance.course,
-        });
-        self.finish_cut(advance.end.and_then(|End { freed }| freed));
-    }
-
-    /// Moves a tip along a way, and adds that to the length and the area torn; its cost.
-    fn go_on(
-        &mut self,
-        key: TipKey,
-        decision: &TearDecision,
-        (advance, thickness, factor): (&Advance, f64, f64),
-        ideal: DVec3,
-    ) -> Option<TearCost> {
-        let tip = self.tips.row(key)?;
-        let length = advance.length();
-        let area = length * 0.5 * (thickness + self.thickness_at(advance.vertex));
-        let way = (advance.to - advance.from).normalize_or(decision.direction);
-        let toughness = self.toughness(decision.fibre, way, factor);
-        self.log.note_area(area, toughness);
-        let overshoot = decision.value * decision.value - 1.0;
-        let before = self.tips.at(tip);
-        self.tips.set(
-            tip,
-            TipRow {
-                vertex: advance.vertex,
-                previous: turned_axis(before.previous, decision.direction, length, self.tearing),
-                ideal,
-                criterion: decision.value,
-                advance_budget: before.advance_budget - length,
-                is_refused: false,
-                ..before
-            },
-        );
-        self.log.length += length;
-        self.log.note_angle(advance.smallest_angle);
-        toughness.map(|toughness| TearCost { area, toughness, overshoot })
-    }
-
-    /// Mean thickness of the triangles around a vertex \[mm\].
-    fn thickness_at(&self, vertex: u32) -> f64 {
-        let around = &self.mesh.topology.incident[vertex as usize];
-        let thickness = around.iter().map(|entry| self.mesh.triangles.thickness[(entry / 3) as usize]);
-        thickness.sum::<f64>() / around.len().max(1) as f64
-    }
-
-    /// Toughness over the body's of the triangle that a direction leads into from a tip.
-    fn factor_ahead(&self, tip: &TipChart, direction: DVec3) -> f64 {
-        let factors = &self.mesh.triangles.toughness;
-        let sector = tip.chart.sector(tip.chart.to_chart(direction));
-        sector.map_or(1.0, |sector| factor_of(factors, &tip.fan, sector))
-    }
-
-    /// Mean toughness over the body's of the triangles around a vertex.
-    fn factor_at(&self, vertex: u32) -> f64 {
-        mean_around(&self.mesh.triangles.toughness, &self.mesh.topology.incident[vertex as usize])
-    }
-
-    /// Toughness against a tear in a unit direction \[N/mm\], of a body that has one, where it is `factor` times the body's.
-    fn toughness(&self, fibre: DVec3, way: DVec3, factor: f64) -> Option<f64> {
-        let terms = EnergyTerms { tearing: self.tearing, energy: self.energy? };
-        let delta = elementary::atan2(fibre.cross(way).length(), fibre.dot(way).abs());
-        Some(terms.toughness().threshold(delta) * factor)
     }
 
     /// Finishes a cut, once the tip that made it has moved on.
