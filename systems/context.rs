@@ -265,11 +265,14 @@ impl StepContext {
     }
 
     /// The tangent of a body's next solve. The projected and the weighted one come after a rotated one; and it goes on where an exact one was
-    /// indefinite.
+    /// indefinite. A solve that follows a glide has the turning terms that a corrector solve has.
     pub fn tangent_of(&self, result: &SolveResult) -> Tangent {
         match self.tangent {
             Tangent::Exact if result.fell_back => Tangent::Projected,
             Tangent::Projected | Tangent::Weighted if result.newton_iterations == 0 => Tangent::Rotated,
+            Tangent::Rotated if result.follows_glide && self.newton_iterations == 1 && !self.is_fallback => {
+                Tangent::Weighted
+            }
             tangent => tangent,
         }
     }

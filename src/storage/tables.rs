@@ -51,7 +51,8 @@ table! {
         vertex: Vec<u32>,
         /// Unit direction of the last advance in the rest shape; zero where there was none.
         previous: Vec<DVec3>,
-        /// Edge mode: the point \[mm, rest shape\] where the tear would be if it could leave the edges.
+        /// Edge mode: the point \[mm, rest shape\] where the tear would be if it could leave the edges. Of tips that glide the place at the
+        /// last evaluation of the criterion.
         ideal: Vec<DVec3>,
         /// Criterion value max c(d) at the last evaluation; the tear advances where it exceeds 1.
         criterion: Vec<f64>,

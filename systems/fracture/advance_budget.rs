@@ -3,6 +3,7 @@
 use crate::components::{RefusedSite, SolveResult, TearDecision, TearDecisions, TearMode, Tearing};
 use crate::storage::{TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::fracture::cut::tip::fan_chart;
+use crate::systems::fracture::split::NEARLY;
 use crate::systems::{StepContext, work};
 use hecs::World;
 use smallvec::SmallVec;
@@ -68,7 +69,7 @@ fn will_tear(
             .and_then(|(_, chart)| chart.exit(chart.to_chart(decision.direction)))
             .map_or(0.0, |exit| exit.distance);
         let is_clear = decision.value > CLEAR_CRITERION;
-        let may_advance = decision.value > DUE && !tips.is_refused[tip];
+        let may_advance = decision.value > due(tearing) && !tips.is_refused[tip];
         let is_clear = is_clear && tearing.mode != TearMode::Glide;
         may_advance && (!is_clear || budget.suffices(budget.of_tip(tips.advance_budget[tip], way), way))
     };
@@ -82,12 +83,17 @@ fn will_tear(
         || asking.any(|(tip, decision)| is_acted_on(tip, decision))
 }
 
+/// The criterion from which on a corrector solve is due.
+fn due(tearing: &Tearing) -> f64 {
+    if tearing.mode == TearMode::Glide { NEARLY } else { DUE }
+}
+
 /// Whether the last corrector solve has changed the energy release at a tip that is about to advance.
-fn is_unsettled(decisions: &TearDecisions) -> bool {
+fn is_unsettled(tearing: &Tearing, decisions: &TearDecisions) -> bool {
     let mut tips = decisions.tips.iter().zip(&decisions.before_corrector);
     tips.any(|(decision, before)| {
         let value = decision.map_or(0.0, |decision| decision.value);
-        value > DUE && (value * value - before * before).abs() > AT_REST
+        value > due(tearing) && (value * value - before * before).abs() > AT_REST
     })
 }
 
@@ -118,8 +124,11 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
         result.select(false);
         let Some((tables, (tearing, tips, decisions))) = tearing else { continue };
         let is_first = decisions.correctors == 0;
-        let tears =
-            if is_first { will_tear(tables, (tearing, tips, decisions), step) } else { is_unsettled(decisions) };
+        let tears = if is_first {
+            will_tear(tables, (tearing, tips, decisions), step)
+        } else {
+            is_unsettled(tearing, decisions)
+        };
         let is_solved = tears && step.affords(result, 1);
         result.is_tear_undecided |= tears && is_first && !is_solved;
         if is_solved {

@@ -3,11 +3,12 @@
 
 use crate::components::{
     Forces, GuardLedger, Guide, HoldGuides, Holds, Increment, OutputsMut, Planar, Sleeping, SolveResult, SolverScratch,
-    TearDecisions,
+    TearDecisions, Tearing,
 };
-use crate::storage::Vertices;
+use crate::storage::{Tips, Vertices};
 use crate::systems::context::SECOND_STAGE;
 use crate::systems::forces::hold::{Prescription, mark_axes};
+use crate::systems::fracture::split::{begin_glides, is_gliding};
 use crate::systems::{StepContext, parallel};
 use glam::DVec3;
 
@@ -16,15 +17,18 @@ type AxesQuery<'a> =
     ((&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch), (Prescription<'a>, Option<&'a Planar>));
 
 /// Decides which bodies take part in the step: those that are awake.
-pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
+pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
-    type Query<'a> = (&'a mut SolveResult, Option<&'a Sleeping>, Option<&'a mut TearDecisions>);
-    for (result, sleeping, decisions) in world.query_mut::<Query>() {
-        if let Some(decisions) = decisions {
-            decisions.correctors = 0;
-            decisions.glides.clear();
-        }
+    type Tears<'a> = (&'a Vertices, &'a Tearing, &'a Tips, &'a mut TearDecisions);
+    type Query<'a> = (&'a mut SolveResult, Option<&'a Sleeping>, Option<Tears<'a>>);
+    for (result, sleeping, tears) in world.query_mut::<Query>() {
         result.begin(sleeping.is_some_and(Sleeping::is_asleep));
+        if let Some((vertices, tearing, tips, decisions)) = tears {
+            decisions.correctors = 0;
+            if is_gliding(tearing, step.is_static) {
+                result.follows_glide = begin_glides(vertices, tips, decisions);
+            }
+        }
         count += usize::from(result.is_active());
     }
     count

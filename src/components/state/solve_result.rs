@@ -39,6 +39,8 @@ pub struct SolveResult {
     pub(crate) work_of_advance: u32,
     /// Whether a tear was decided without a corrector solve, for lack of budget.
     pub is_tear_undecided: bool,
+    /// Whether a tip has glided since the last solve.
+    pub(crate) follows_glide: bool,
     /// Why the last step of the body was given up.
     pub fault: Option<Fault>,
 }
@@ -62,7 +64,7 @@ impl SolveResult {
     /// Begins a step, in which a sleeping body takes no part.
     pub(crate) fn begin(&mut self, is_asleep: bool) {
         (self.iterations, self.newton_iterations, self.is_late) = (0, 0, false);
-        (self.fell_back, self.fault) = (false, None);
+        (self.fell_back, self.fault, self.follows_glide) = (false, None, false);
         self.take_part(!is_asleep);
     }
 

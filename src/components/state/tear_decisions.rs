@@ -65,7 +65,7 @@ pub struct TearDecision {
     pub edges_per_radius: f64,
 }
 
-/// Moves of a tip that glides within the present step.
+/// A tip that glides, in the present step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipGlide {
     /// The tip.
@@ -76,6 +76,8 @@ pub struct TipGlide {
     pub moves: u32,
     /// Length of the last move \[mm\] and G/G_c before it, until a solve has followed.
     pub last: Option<(f64, f64)>,
+    /// G/G_c to which the last step's moves were to lead.
+    pub expected: f64,
 }
 
 /// *State.* One decision per tip, in the order of the tips' rows, one for the place where a tear may start, and refusals that are
@@ -111,7 +113,7 @@ pub struct TearDecisions {
     /// *Derived*: criterion of each tip before the last corrector solve.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub before_corrector: Vec<f64>,
-    /// *Derived*: tips that have glided in the present step.
+    /// *Derived*: tips that glide.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub glides: Vec<TipGlide>,
 }

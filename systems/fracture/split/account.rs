@@ -42,8 +42,9 @@ impl Tearer<'_> {
 
     /// Adds a move to the tip's advance of this step.
     pub(super) fn lengthen_advance(&mut self, key: TipKey, decision: &TearDecision, way: (&Advance, f64, f64)) {
-        let to = way.0.to;
-        let more = self.go_on(key, decision, way, to);
+        let (to, tip) = (way.0.to, self.tips.row(key));
+        let ideal = tip.map_or(to, |tip| self.tips.ideal[tip as usize]);
+        let more = self.go_on(key, decision, way, ideal);
         let mut told = self.log.pending.iter_mut().rev();
         let advance = told.find_map(|event| match event {
             EventKind::Advanced { tip, to, cost, .. } if *tip == key => Some((to, cost)),

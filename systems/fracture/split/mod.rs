@@ -6,6 +6,8 @@ mod ends;
 mod glide;
 mod nucleation;
 
+pub use glide::{NEARLY, begin_glides, is_gliding};
+
 use crate::components::{
     EnergyCriterion, PartedBy, Refined, SolveResult, TearDecision, TearDecisions, TearLog, TearMode, Tearing, TipGlide,
 };
@@ -48,9 +50,9 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         let is_gliding = glide::is_gliding(tearing, step.is_static);
         if is_gliding {
-            glide::learn(tips, decisions, tearing);
+            glide::learn(vertices, tips, decisions, tearing);
         }
-        if !decisions.ask() {
+        if !decisions.ask() && !(is_gliding && glide::is_near(decisions)) {
             if is_gliding {
                 tips.is_refused.fill(false);
             } else {
@@ -110,6 +112,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let (waits_for_speed, waits_for_budget) = (tearer.waits_for_speed, tearer.waits_for_budget);
         let has_more = if is_gliding { tearer.may_glide_on } else { has_more };
         decisions.glides = std::mem::take(&mut tearer.glides);
+        result.follows_glide = has_glided;
         let lengthened = tearer.lengthened;
         let triangles = tearer.mesh.triangles.len();
         let (has_advanced, has_started) = (log.advance_count > advances_before, log.nucleation_count > starts_before);
@@ -212,7 +215,8 @@ impl Tearer<'_> {
         let Some(tip) = self.tips.row(key).map(|row| row as usize) else { return };
         self.log.edges_per_radius =
             Some(self.log.edges_per_radius.map_or(decision.edges_per_radius, |e| e.min(decision.edges_per_radius)));
-        if !(decision.value > 1.0) {
+        let least = if self.gliding_dt.is_some() { glide::NEARLY } else { 1.0 };
+        if !(decision.value > least) {
             return self.rest(tip, budget);
         }
         let (vertex, ideal) = (self.tips.vertex[tip], self.tips.ideal[tip]);
