@@ -42,6 +42,6 @@ fn decisions_by_the_material_force_are_counted_by_reason() {
     (0..7).for_each(|_| _ = run.simulation.step(1.0).unwrap());
     let log = run.log();
     assert_eq!((log.material_force_count, log.energy_decision_count), (0, 0));
-    let coarse = log.force_decision_counts[RingFault::Coarse as usize];
+    let coarse = log.force_decision_counts[RingFault::OtherField as usize];
     assert_eq!((coarse, log.force_decision_counts.iter().sum::<u64>()), (7, 7));
 }
