@@ -10,6 +10,7 @@ use crate::math::{CrackTip, Orthotropic, Sym2, elementary};
 use crate::systems::fracture::Surface;
 use crate::systems::fracture::criterion::tip_disc::TangentPlane;
 use crate::systems::kernels::failure::TipField;
+use crate::systems::kernels::material_force::Unfolding;
 use crate::systems::kernels::polar;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
@@ -158,8 +159,8 @@ impl CrackField {
             if !(cos >= COS_FOLDED) {
                 return Err(RingFault::Bent);
             }
-            let sum = (own + normal) / (1.0 + cos);
-            state.gradient = state.gradient.map(|column| column - sum * normal.dot(column));
+            let unfolded = Unfolding::between(own, normal);
+            state.gradient = state.gradient.map(|column| unfolded.apply(column));
             mean = [0, 1].map(|i| mean[i] + state.gradient[i] * member.area);
             area += member.area;
         }

@@ -11,7 +11,7 @@ use crate::systems::fracture::criterion::crack_field::{CrackField, CrackFrame, M
 use crate::systems::fracture::criterion::shifted_folds::ShiftedFolds;
 use crate::systems::fracture::criterion::tip_disc::{TangentPlane, Walk};
 use crate::systems::kernels::failure::TipField;
-use crate::systems::kernels::material_force::{Strained, pulled_back};
+use crate::systems::kernels::material_force::{Strained, Unfolding, pulled_back};
 use crate::systems::kernels::membrane_lanes::{CornerForces, States};
 use crate::systems::kernels::{membrane, simd};
 use glam::{DVec2, DVec3};
@@ -80,6 +80,8 @@ struct Node {
     vertex: u32,
     weight: f64,
     area: f64,
+    /// Unit normal.
+    normal: DVec3,
     gradient: [DVec3; 2],
     force: DVec3,
 }
@@ -217,7 +219,14 @@ impl ShiftedDisc {
         // The walk goes round and round: a vertex comes up again soon after it came first.
         let known = self.nodes.iter().rposition(|node| node.vertex == vertex);
         known.unwrap_or_else(|| {
-            self.nodes.push(Node { vertex, weight, area: 0.0, gradient: [DVec3::ZERO; 2], force: DVec3::ZERO });
+            self.nodes.push(Node {
+                vertex,
+                weight,
+                area: 0.0,
+                normal: DVec3::ZERO,
+                gradient: [DVec3::ZERO; 2],
+                force: DVec3::ZERO,
+            });
             self.nodes.len() - 1
         }) as u32
     }
@@ -248,21 +257,35 @@ impl ShiftedDisc {
         let Self { members, nodes, thickness, folds, field, pack, .. } = self;
         let has_crack = field.begin() && surface.fibres.is_none();
         for node in &mut *nodes {
-            (node.area, node.gradient, node.force) = (0.0, [DVec3::ZERO; 2], DVec3::ZERO);
+            (node.area, node.normal, node.gradient, node.force) = (0.0, DVec3::ZERO, [DVec3::ZERO; 2], DVec3::ZERO);
         }
         let bends = surface.bending.is_some();
         let mut stored = if bends { folds.release(surface) } else { DVec2::ZERO };
+        if !surface.is_planar {
+            for member in &*members {
+                let x = surface.triangles.corners[member.triangle as usize].map(|v| surface.vertices.position[v as usize]);
+                let normal = (x[1] - x[0]).cross(x[2] - x[0]);
+                for &node in &member.nodes {
+                    if let Some(node) = nodes.get_mut(node as usize) {
+                        node.normal += normal;
+                    }
+                }
+            }
+            nodes.iter_mut().for_each(|node| node.normal = node.normal.normalize_or_zero());
+        }
         for members in members.chunks(PACK) {
             pack.fill(members, surface);
             for (place, member) in members.iter().enumerate() {
                 let (strained, area) = pack.strained(place, member, surface);
                 let bent = if bends { folds.forces(member.triangle) } else { [DVec3::ZERO; 3] };
+                let own = if surface.is_planar { DVec3::ZERO } else { strained.normal() };
                 for (corner, &node) in member.nodes.iter().enumerate() {
                     let Some(node) = nodes.get_mut(node as usize) else { continue };
+                    let unfolded = Unfolding::between(own, node.normal);
                     node.area += area;
-                    node.force += strained.forces[corner] + bent[corner];
+                    node.force += unfolded.apply(strained.forces[corner]) + bent[corner];
                     for (sum, column) in node.gradient.iter_mut().zip(strained.gradient) {
-                        *sum += column * area;
+                        *sum += unfolded.apply(column) * area;
                     }
                 }
                 stored += strained.release(member.weights, member.fall);
