@@ -13,8 +13,8 @@ use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{BodyId, EditRecord, Mesh, Tips, Topology, Triangles, Vertices, undo};
 use rhexis::systems::fracture::{
-    CrackFrame, Cutter, Disc, EnergyTerms, Quality, ShiftedDisc, Surface, TearScratch, TipMemory, Walk, energy_decision,
-    lay_at_tip, strength,
+    CrackFrame, Cutter, Disc, EnergyTerms, Quality, ShiftedDisc, Surface, TearScratch, TipMemory, Walk,
+    energy_decision, lay_at_tip, strength,
 };
 use rhexis::systems::kernels::failure::{Cone, Search, Sector, Strength, evaluate};
 use std::cell::RefCell;

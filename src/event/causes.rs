@@ -12,7 +12,7 @@ pub enum DecidedBy {
     Stress,
     /// The energy that a kink releases ([`EnergyCriterion`](crate::components::EnergyCriterion)).
     Energy,
-    /// The energy that an advance releases by the material force, because the ring around the tip has no field of a plane crack.
+    /// The energy that an advance releases by the material force alone, because the disc around the tip has no field of a plane crack.
     MaterialForce(RingFault),
     /// None: a blade led the tip.
     Blade,

@@ -27,10 +27,10 @@ pub struct Strained {
 const OPPOSITE: f64 = 1e-3;
 
 impl Strained {
-    /// Unit normal of the triangle, zero where it has no area.
+    /// Normal of the triangle, as long as its present area over that at rest.
     #[inline]
     pub fn normal(&self) -> DVec3 {
-        self.gradient[0].cross(self.gradient[1]).normalize_or_zero()
+        self.gradient[0].cross(self.gradient[1])
     }
 
     /// g of the triangle \[N\], with the weights of its corners and their gradient ∇q \[1/mm\] in the same axes.

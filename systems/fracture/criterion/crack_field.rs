@@ -191,11 +191,7 @@ impl CrackField {
 }
 
 /// The direction of the crack: away from where its lips lie between core and radius.
-fn direction(
-    lips: impl Iterator<Item = [DVec2; 2]> + Clone,
-    core: f64,
-    radius: f64,
-) -> Result<DVec2, RingFault> {
+fn direction(lips: impl Iterator<Item = [DVec2; 2]> + Clone, core: f64, radius: f64) -> Result<DVec2, RingFault> {
     let outside = || lips.clone().filter(|lip| lip.iter().any(|end| end.length() > core));
     let behind: DVec2 = outside().map(|[a, b]| (a + b).normalize_or_zero() * a.distance(b)).sum();
     let behind = behind.try_normalize().ok_or(RingFault::NoCrack)?;

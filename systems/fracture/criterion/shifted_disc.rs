@@ -4,14 +4,14 @@
 //! step to step.
 
 use crate::components::RingFault;
-use crate::math::{ElementState, FibreLaw, Orthotropic, PerRow, RestTriangle, Sym2};
+use crate::math::{ElementState, FibreLaw, Orthotropic, PerRow, RestTriangle, Sym2, elementary};
 use crate::storage::NONE;
 use crate::systems::fracture::Surface;
 use crate::systems::fracture::criterion::crack_field::{CrackField, CrackFrame, MemberState};
 use crate::systems::fracture::criterion::shifted_folds::ShiftedFolds;
 use crate::systems::fracture::criterion::tip_disc::{TangentPlane, Walk};
 use crate::systems::kernels::failure::TipField;
-use crate::systems::kernels::material_force::{Strained, Unfolding, pulled_back};
+use crate::systems::kernels::material_force::{Strained, pulled_back};
 use crate::systems::kernels::membrane_lanes::{CornerForces, States};
 use crate::systems::kernels::{membrane, simd};
 use glam::{DVec2, DVec3};
@@ -33,6 +33,9 @@ const COS_TURNED_OFF: f64 = 0.5;
 
 /// Triangles for which a disc has room from the start: with six edges to the radius there are some 260 in it.
 const USUAL_SHIFTED_DISC: usize = 512;
+
+/// Slant of a force from the normal, in root mean squares of the tilts of the triangles, of which half the work is counted.
+const TILTS: f64 = 2.0;
 
 /// Triangles that are strained side by side: their states and forces fill 8 kB.
 const PACK: usize = 32;
@@ -80,10 +83,37 @@ struct Node {
     vertex: u32,
     weight: f64,
     area: f64,
-    /// Unit normal.
+    /// Sum of the present areas as vectors, and of their sizes \[mm²\].
     normal: DVec3,
+    present_area: f64,
     gradient: [DVec3; 2],
     force: DVec3,
+}
+
+impl Node {
+    fn new(vertex: u32, weight: f64) -> Self {
+        Self {
+            vertex,
+            weight,
+            area: 0.0,
+            normal: DVec3::ZERO,
+            present_area: 0.0,
+            gradient: [DVec3::ZERO; 2],
+            force: DVec3::ZERO,
+        }
+    }
+
+    /// The part of the force that does work as the material slides through the surface. Across it there is none; the normal is no better known
+    /// than the tilt of the triangles, so that a slant of that size is none either.
+    fn sliding(&self) -> DVec3 {
+        let Some(normal) = self.normal.try_normalize() else { return self.force };
+        let across = normal.dot(self.force);
+        let along = self.force - normal * across;
+        let level = self.normal.length() / self.present_area;
+        let slant = elementary::powi(TILTS * across, 2) * (1.0 - level * level).max(0.0);
+        let size = along.length_squared();
+        if size > 0.0 { along * (size / (size + slant)) } else { DVec3::ZERO }
+    }
 }
 
 /// The material force at a tip, in the axes in which its disc was laid.
@@ -219,14 +249,7 @@ impl ShiftedDisc {
         // The walk goes round and round: a vertex comes up again soon after it came first.
         let known = self.nodes.iter().rposition(|node| node.vertex == vertex);
         known.unwrap_or_else(|| {
-            self.nodes.push(Node {
-                vertex,
-                weight,
-                area: 0.0,
-                normal: DVec3::ZERO,
-                gradient: [DVec3::ZERO; 2],
-                force: DVec3::ZERO,
-            });
+            self.nodes.push(Node::new(vertex, weight));
             self.nodes.len() - 1
         }) as u32
     }
@@ -257,35 +280,25 @@ impl ShiftedDisc {
         let Self { members, nodes, thickness, folds, field, pack, .. } = self;
         let has_crack = field.begin() && surface.fibres.is_none();
         for node in &mut *nodes {
-            (node.area, node.normal, node.gradient, node.force) = (0.0, DVec3::ZERO, [DVec3::ZERO; 2], DVec3::ZERO);
+            *node = Node::new(node.vertex, node.weight);
         }
         let bends = surface.bending.is_some();
         let mut stored = if bends { folds.release(surface) } else { DVec2::ZERO };
-        if !surface.is_planar {
-            for member in &*members {
-                let x = surface.triangles.corners[member.triangle as usize].map(|v| surface.vertices.position[v as usize]);
-                let normal = (x[1] - x[0]).cross(x[2] - x[0]);
-                for &node in &member.nodes {
-                    if let Some(node) = nodes.get_mut(node as usize) {
-                        node.normal += normal;
-                    }
-                }
-            }
-            nodes.iter_mut().for_each(|node| node.normal = node.normal.normalize_or_zero());
-        }
         for members in members.chunks(PACK) {
             pack.fill(members, surface);
             for (place, member) in members.iter().enumerate() {
                 let (strained, area) = pack.strained(place, member, surface);
                 let bent = if bends { folds.forces(member.triangle) } else { [DVec3::ZERO; 3] };
-                let own = if surface.is_planar { DVec3::ZERO } else { strained.normal() };
+                let normal = if surface.is_planar { DVec3::ZERO } else { strained.normal() * area };
+                let size = normal.length();
                 for (corner, &node) in member.nodes.iter().enumerate() {
                     let Some(node) = nodes.get_mut(node as usize) else { continue };
-                    let unfolded = Unfolding::between(own, node.normal);
                     node.area += area;
-                    node.force += unfolded.apply(strained.forces[corner]) + bent[corner];
+                    node.normal += normal;
+                    node.present_area += size;
+                    node.force += strained.forces[corner] + bent[corner];
                     for (sum, column) in node.gradient.iter_mut().zip(strained.gradient) {
-                        *sum += unfolded.apply(column) * area;
+                        *sum += column * area;
                     }
                 }
                 stored += strained.release(member.weights, member.fall);
@@ -294,7 +307,7 @@ impl ShiftedDisc {
                 }
             }
         }
-        let carried = |node: &Node| pulled_back(node.gradient, node.force) * (node.weight / node.area);
+        let carried = |node: &Node| pulled_back(node.gradient, node.sliding()) * (node.weight / node.area);
         let carried: DVec2 = nodes.iter().map(carried).sum();
         let [release, stored] = [stored + carried, stored].map(|force| force / *thickness);
         let force = MaterialForce { release, stored };
