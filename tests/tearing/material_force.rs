@@ -158,13 +158,19 @@ fn bending_has_its_part_in_it() {
 
 #[test]
 fn curvature_at_rest_stays_where_it_is() {
-    // A tube of 3 mm opened to 4 mm: moments of one size, and angles at rest that follow the shift of the triangles along the tube.
+    // A tube of 3 mm that is opened, more to one side: angles at rest follow the shift of the triangles along the tube.
     let stiff = Bending { stiffness: Some(0.02) };
-    let rolled = |radius: f64| {
-        move |p: DVec3| {
-            let angle = (p.x - 4.0) / radius;
-            DVec3::new(radius * angle.sin(), p.y, radius * angle.cos())
-        }
+    let rolled = |p: DVec3| {
+        let angle = (p.x - 4.0) / 3.0;
+        DVec3::new(3.0 * angle.sin(), p.y, 3.0 * angle.cos())
+    };
+    let opened = |p: DVec3| {
+        // The angle of the curvature 1/3 − 0.1·(1 + x/4), without strain but that of chords.
+        let (x, parts) = (p.x - 4.0, 200);
+        let at = |x: f64| x / 3.0 - 0.1 * (x + x * x / 8.0);
+        let way: DVec2 = (0..parts).map(|i| DVec2::from_angle(at(x * (f64::from(i) + 0.5) / f64::from(parts)))).sum();
+        let step = x / f64::from(parts);
+        DVec3::new(way.x * step, p.y, -way.y * step)
     };
     let flat = generate::jittered(8.0, 8.0, 24, 24, 3).unwrap();
     let sheet = |positions: Vec<DVec3>, corners: &[[u32; 3]]| {
@@ -179,24 +185,23 @@ fn curvature_at_rest_stays_where_it_is() {
         let body = simulation.spawn(membrane).unwrap();
         (simulation, body)
     };
-    let (mut simulation, body) =
-        spawn(sheet(flat.positions.iter().map(|p| rolled(3.0)(*p)).collect(), &flat.triangles));
+    let (mut simulation, body) = spawn(sheet(flat.positions.iter().map(|p| rolled(*p)).collect(), &flat.triangles));
     let centre = DVec3::new(4.0, 5.0, 0.0);
-    simulation.cut(body, &[DVec3::new(4.0, 8.0, 0.0), centre].map(rolled(3.0))).unwrap();
+    simulation.cut(body, &[DVec3::new(4.0, 8.0, 0.0), centre].map(rolled)).unwrap();
     let unrolled = |p: DVec3| DVec3::new(4.0 + 3.0 * p.x.atan2(p.z), p.y, 0.0);
     let vertices = simulation.entity_mut::<&mut Vertices>(body).unwrap();
     let at_rest: Vec<DVec3> = vertices.rest_position.iter().map(|p| unrolled(*p)).collect();
-    vertices.position.iter_mut().zip(&at_rest).for_each(|(x, p)| *x = rolled(4.0)(*p));
+    vertices.position.iter_mut().zip(&at_rest).for_each(|(x, p)| *x = opened(*p));
     let positions = vertices.position.clone();
     let corners = simulation.world().get::<&Triangles>(body.entity()).unwrap().corners.to_vec();
     let torn = Torn { simulation, body, unstretched: Sym2::IDENTITY, fibres: None, bending: Some(stiff) };
     let radius = 2.0;
     let (axes, force) = torn.force(radius, |p| p);
     let energy = |d: DVec3, da: f64| {
-        let middle = rolled(3.0)(centre);
+        let middle = rolled(centre);
         let shifted = |p: &DVec3| {
-            let weight = ((1.0 - rolled(3.0)(*p).distance(middle) / radius) / 0.6).clamp(0.0, 1.0);
-            rolled(3.0)(*p + DVec3::new(d.x, d.y, 0.0) * (da * weight))
+            let weight = ((1.0 - rolled(*p).distance(middle) / radius) / 0.6).clamp(0.0, 1.0);
+            rolled(*p + DVec3::new(d.x, d.y, 0.0) * (da * weight))
         };
         let (mut simulation, body) = spawn(sheet(at_rest.iter().map(shifted).collect(), &corners));
         simulation.entity_mut::<&mut Vertices>(body).unwrap().position.copy_from_slice(&positions);
@@ -205,8 +210,8 @@ fn curvature_at_rest_stays_where_it_is() {
     let h = 1e-3;
     let wanted = DVec2::from(axes.map(|axis| (energy(axis, -h) - energy(axis, h)) / (2.0 * h * 0.1)));
     println!("{} for {wanted}", force.stored);
-    // The curvature that angles tell of differs from triangle to triangle.
-    assert!((force.stored - wanted).length() < 0.15 * wanted.length(), "{} for {wanted}", force.stored);
+    // The curvature that angles tell of differs from triangle to triangle; without its shift the release is several times too large.
+    assert!((force.stored - wanted).length() < 0.3 * wanted.length(), "{} for {wanted}", force.stored);
 }
 
 /// Side of the plates \[mm\], length of their edge crack \[mm\] and tension along y \[MPa\].

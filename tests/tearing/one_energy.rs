@@ -187,11 +187,12 @@ fn depends_on_no_disc_and_kinks_as_erdogan_and_sih_say_on_any_ground() {
         let torn = plate(degrees, 1, 0.03);
         assert_one_energy(&format!("{degrees}°, flat"), &torn.found(&RADII, |p| p), (0.01, wanted, 0.5));
         for radius in [2.0, 4.0, 10.0, 20.0] {
+            // Of 2 mm, the largest disc spans a radian.
             let found = torn.found(&RADII, tube(radius));
-            assert_one_energy(&format!("{degrees}°, tube of {radius} mm"), &found, (0.02, wanted, 1.0));
+            assert_one_energy(&format!("{degrees}°, tube of {radius} mm"), &found, (0.03, wanted, 1.0));
         }
-        // The sheet laid on it is in equilibrium but for the square of distances over the dome's radius.
-        assert_one_energy(&format!("{degrees}°, dome"), &torn.found(&RADII, dome(10.0)), (0.04, wanted, 1.0));
+        // The sheet laid on it is in equilibrium but for the square of distances over the dome's radius, beside its strain.
+        assert_one_energy(&format!("{degrees}°, dome"), &torn.found(&RADII[..3], dome(10.0)), (0.04, wanted, 1.0));
     }
 }
 
@@ -202,6 +203,8 @@ fn depends_on_no_disc_at_a_tenth_of_strain() {
         assert_one_energy(&format!("{degrees}°, 10 %"), &torn.found(&RADII, |p| p), (0.02, wanted, 1.0));
         let found = torn.found(&RADII, tube(4.0));
         assert_one_energy(&format!("{degrees}°, 10 %, tube of 4 mm"), &found, (0.02, wanted, 1.0));
+        let found = torn.found(&RADII, dome(10.0));
+        assert_one_energy(&format!("{degrees}°, 10 %, dome"), &found, (0.04, wanted, 1.5));
     }
 }
 
