@@ -185,7 +185,7 @@ fn depends_on_no_disc_and_kinks_as_erdogan_and_sih_say_on_any_ground() {
     for (degrees, wanted) in [(30.0, 60.0), (45.0, 53.13), (60.0, 43.22)] {
         // 1 % of strain far from the slit.
         let torn = plate(degrees, 1, 0.03);
-        assert_one_energy(&format!("{degrees}°, flat"), &torn.found(&RADII, |p| p), (0.01, wanted, 0.5));
+        assert_one_energy(&format!("{degrees}°, flat"), &torn.found(&RADII, |p| p), (0.015, wanted, 0.5));
         for radius in [2.0, 4.0, 10.0, 20.0] {
             // Of 2 mm, the largest disc spans a radian.
             let found = torn.found(&RADII, tube(radius));
