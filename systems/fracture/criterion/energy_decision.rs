@@ -86,7 +86,7 @@ impl EnergyTerms<'_> {
     }
 }
 
-/// The field as large as releases straight ahead what the material force `release` \[N/mm\] does.
+/// Scales the field so that straight ahead it releases as much as the material force `release` \[N/mm\].
 fn of_energy(field: TipField, release: DVec2) -> Result<TipField, RingFault> {
     let wanted = release.dot(field.ahead);
     if !(wanted > 0.0) {
