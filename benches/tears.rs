@@ -13,8 +13,8 @@ use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{BodyId, EditRecord, Mesh, Tips, Topology, Triangles, Vertices, undo};
 use rhexis::systems::fracture::{
-    Cutter, Disc, EnergyTerms, Quality, ShiftedDisc, Surface, TearScratch, TipMemory, Walk, energy_decision,
-    lay_at_tip, strength,
+    CrackFrame, Cutter, Disc, EnergyTerms, Quality, ShiftedDisc, Surface, TearScratch, TipMemory, Walk,
+    energy_decision, lay_at_tip, strength,
 };
 use rhexis::systems::kernels::failure::{Cone, Search, Sector, Strength, evaluate};
 use std::cell::RefCell;
@@ -179,7 +179,8 @@ fn shifted_disc(bencher: Bencher, edges_per_radius: f64, bending: Option<&Bendin
         let (mut disc, mut walk) = (ShiftedDisc::default(), Walk::default());
         let axes = surface.chart(tip).expect("a fan").axes();
         let start = surface.topology.incident[tip as usize].iter().map(|entry| entry / 3);
-        disc.lay(surface, (tip, axes, radius), start, &mut walk);
+        let frame = CrackFrame { fibre: DVec2::X, tip: DVec2::ZERO };
+        disc.lay(surface, ((tip, axes, radius), frame), start, &mut walk);
         let count = disc.triangles().count();
         bencher.counter(ItemsCount::new(count)).bench_local(|| disc.force(black_box(surface)));
     });

@@ -12,7 +12,7 @@ pub enum DecidedBy {
     Stress,
     /// The energy that a kink releases ([`EnergyCriterion`](crate::components::EnergyCriterion)).
     Energy,
-    /// The energy that an advance releases by the material force, because the ring around the tip has no field of a plane crack.
+    /// The energy that an advance releases by the material force alone, because the disc around the tip has no field of a plane crack.
     MaterialForce(RingFault),
     /// None: a blade led the tip.
     Blade,
@@ -30,12 +30,12 @@ pub enum RingFault {
     /// The ring meets a boundary that is not the two lips of a straight crack: the rim, another tear, a bend of its own.
     #[error("the ring meets another boundary than a straight crack's lips")]
     OtherBoundary,
-    /// The ring is bent, at rest or now: a triangle's normal is off the ring's by more than 10°.
-    #[error("the ring is bent")]
+    /// The ring is folded, at rest or now: a triangle's normal is off the ring's by more than 60°.
+    #[error("the ring is folded")]
     Bent,
-    /// The ring has fewer than three edges to its radius.
-    #[error("the ring has too few edges")]
-    Coarse,
+    /// The field is not a plane crack's: its stress intensities release another energy than the material force.
+    #[error("the field is not that of a plane crack")]
+    OtherField,
     /// The field opens nothing: no energy is released in any direction.
     #[error("the ring releases no energy")]
     NoRelease,
@@ -47,7 +47,7 @@ pub enum RingFault {
 impl RingFault {
     /// All of them.
     pub const ALL: [Self; 6] =
-        [Self::NoCrack, Self::OtherBoundary, Self::Bent, Self::Coarse, Self::NoRelease, Self::Stiffening];
+        [Self::NoCrack, Self::OtherBoundary, Self::Bent, Self::OtherField, Self::NoRelease, Self::Stiffening];
 }
 
 impl fmt::Display for DecidedBy {

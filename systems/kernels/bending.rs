@@ -222,6 +222,28 @@ pub fn law_under_shift(
     })
 }
 
+/// How the angles φ of a triangle's mid-edge normals at rest change \[1/mm\] when the rest shape is shifted by q·d, as in
+/// [`law_under_shift`], and its curvature at rest stays: Σ dφₑ·kₑ = −Σ φₑ·dkₑ with the curvatures kₑ of unit angles.
+pub fn angles_under_shift(rest: &RestTriangle, angles: DVec3, (fall, d): (DVec2, DVec2)) -> DVec3 {
+    let gradients = rest.all_gradients();
+    let opposite = [2, 0, 1];
+    let mut change = Sym2::ZERO;
+    for (edge, corner) in opposite.into_iter().enumerate() {
+        let (g, g_change) = (gradients[corner], fall * -d.dot(gradients[corner]));
+        let size = g.length();
+        let square = Sym2::outer(g) * (2.0 / size);
+        let mixed = Sym2::new(2.0 * g.x * g_change.x, 2.0 * g.y * g_change.y, g.x * g_change.y + g.y * g_change.x);
+        change += (mixed * (2.0 / size) - square * (g.dot(g_change) / (size * size))) * angles[edge];
+    }
+    // Of two other edges t, s as vectors, t·kₑ·s is −2 over the size of the gradient, and that of their own curvatures is zero.
+    let sides = gradients.map(|g| g.perp() * (2.0 * rest.area));
+    DVec3::from_array([0, 1, 2].map(|edge: usize| {
+        let corner = opposite[edge];
+        let [t, s] = [sides[(corner + 1) % 3], sides[(corner + 2) % 3]];
+        0.5 * gradients[corner].length() * t.dot(change.apply(s))
+    }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -23,12 +23,43 @@ pub struct Strained {
     pub forces: [DVec3; 3],
 }
 
+/// Least sum of one and the cosine between normals that a rotation is found from.
+const OPPOSITE: f64 = 1e-3;
+
 impl Strained {
+    /// Normal of the triangle, as long as its present area over that at rest.
+    #[inline]
+    pub fn normal(&self) -> DVec3 {
+        self.gradient[0].cross(self.gradient[1])
+    }
+
     /// g of the triangle \[N\], with the weights of its corners and their gradient ∇q \[1/mm\] in the same axes.
     #[inline]
     pub fn release(&self, weights: [f64; 3], fall: DVec2) -> DVec2 {
         let [a, b, c] = self.forces;
         -pulled_back(self.gradient, a * weights[0] + b * weights[1] + c * weights[2]) - fall * self.energy
+    }
+}
+
+/// The smallest rotation that turns the plane of a triangle into that of another normal, for vectors in the plane of the triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Unfolding {
+    normal: DVec3,
+    sum: DVec3,
+}
+
+impl Unfolding {
+    /// From the plane of the unit normal `own` into that of `normal`: none where they are opposite, or zero.
+    #[inline]
+    pub fn between(own: DVec3, normal: DVec3) -> Self {
+        let size = 1.0 + own.dot(normal);
+        Self { normal, sum: if size > OPPOSITE { (own + normal) / size } else { DVec3::ZERO } }
+    }
+
+    /// A vector of the triangle's plane, turned.
+    #[inline]
+    pub fn apply(&self, v: DVec3) -> DVec3 {
+        v - self.sum * self.normal.dot(v)
     }
 }
 

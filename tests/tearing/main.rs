@@ -7,6 +7,7 @@ mod fig2_tear;
 mod least_edge;
 mod material_force;
 mod no_dead_ends;
+mod one_energy;
 mod per_triangle;
 mod random_edits;
 mod starts;

@@ -12,7 +12,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, BodyId, Tips, Topology, TriangleMesh, Triangles, Vertices};
-use rhexis::systems::fracture::{EnergyTerms, MaterialForce, ShiftedDisc, Surface, TipMemory, Walk};
+use rhexis::systems::fracture::{CrackFrame, EnergyTerms, MaterialForce, ShiftedDisc, Surface, TipMemory, Walk};
 
 const FIBRES: StiffeningFibres = StiffeningFibres { k1: 2.0, k2: 5.0 };
 
@@ -45,7 +45,8 @@ impl Torn {
         let axes = surface.chart(vertex).unwrap().axes();
         let (mut disc, mut walk) = (ShiftedDisc::default(), Walk::default());
         let start = topology.incident[vertex as usize].iter().map(|entry| entry / 3);
-        disc.lay(&surface, (vertex, axes, radius), start, &mut walk);
+        let frame = CrackFrame { fibre: DVec2::X, tip: DVec2::ZERO };
+        disc.lay(&surface, ((vertex, axes, radius), frame), start, &mut walk);
         (axes, disc.force(&surface).unwrap())
     }
 
@@ -155,6 +156,64 @@ fn bending_has_its_part_in_it() {
     assert!((whole.stored - wanted).length() < 1e-7 * wanted.length(), "{} for {wanted}", whole.stored);
 }
 
+#[test]
+fn curvature_at_rest_stays_where_it_is() {
+    // A tube of 3 mm that is opened, more to one side: angles at rest follow the shift of the triangles along the tube.
+    let stiff = Bending { stiffness: Some(0.02) };
+    let rolled = |p: DVec3| {
+        let angle = (p.x - 4.0) / 3.0;
+        DVec3::new(3.0 * angle.sin(), p.y, 3.0 * angle.cos())
+    };
+    let opened = |p: DVec3| {
+        // The angle of the curvature 1/3 − 0.1·(1 + x/4), without strain but that of chords.
+        let (x, parts) = (p.x - 4.0, 200);
+        let at = |x: f64| x / 3.0 - 0.1 * (x + x * x / 8.0);
+        let way: DVec2 = (0..parts).map(|i| DVec2::from_angle(at(x * (f64::from(i) + 0.5) / f64::from(parts)))).sum();
+        let step = x / f64::from(parts);
+        DVec3::new(way.x * step, p.y, -way.y * step)
+    };
+    let flat = generate::jittered(8.0, 8.0, 24, 24, 3).unwrap();
+    let sheet = |positions: Vec<DVec3>, corners: &[[u32; 3]]| {
+        let along = |c: &[u32; 3]| (positions[c[1] as usize] - positions[c[0] as usize]).normalize();
+        let fibres = corners.iter().map(along).collect();
+        let mesh = TriangleMesh { positions, triangles: corners.to_vec(), fibres: None };
+        let sheet = Membrane::new("tube", mesh, Material::isotropic(1e-6, 0.3, 0.1)).with(Tearing::default());
+        sheet.fibres(Fibres::PerTriangle(fibres)).with(stiff)
+    };
+    let spawn = |membrane: Membrane| {
+        let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
+        let body = simulation.spawn(membrane).unwrap();
+        (simulation, body)
+    };
+    let (mut simulation, body) = spawn(sheet(flat.positions.iter().map(|p| rolled(*p)).collect(), &flat.triangles));
+    let centre = DVec3::new(4.0, 5.0, 0.0);
+    simulation.cut(body, &[DVec3::new(4.0, 8.0, 0.0), centre].map(rolled)).unwrap();
+    let unrolled = |p: DVec3| DVec3::new(4.0 + 3.0 * p.x.atan2(p.z), p.y, 0.0);
+    let vertices = simulation.entity_mut::<&mut Vertices>(body).unwrap();
+    let at_rest: Vec<DVec3> = vertices.rest_position.iter().map(|p| unrolled(*p)).collect();
+    vertices.position.iter_mut().zip(&at_rest).for_each(|(x, p)| *x = opened(*p));
+    let positions = vertices.position.clone();
+    let corners = simulation.world().get::<&Triangles>(body.entity()).unwrap().corners.to_vec();
+    let torn = Torn { simulation, body, unstretched: Sym2::IDENTITY, fibres: None, bending: Some(stiff) };
+    let radius = 2.0;
+    let (axes, force) = torn.force(radius, |p| p);
+    let energy = |d: DVec3, da: f64| {
+        let middle = rolled(centre);
+        let shifted = |p: &DVec3| {
+            let weight = ((1.0 - rolled(*p).distance(middle) / radius) / 0.6).clamp(0.0, 1.0);
+            rolled(*p + DVec3::new(d.x, d.y, 0.0) * (da * weight))
+        };
+        let (mut simulation, body) = spawn(sheet(at_rest.iter().map(shifted).collect(), &corners));
+        simulation.entity_mut::<&mut Vertices>(body).unwrap().position.copy_from_slice(&positions);
+        simulation.energies(body).unwrap().elastic
+    };
+    let h = 1e-3;
+    let wanted = DVec2::from(axes.map(|axis| (energy(axis, -h) - energy(axis, h)) / (2.0 * h * 0.1)));
+    println!("{} for {wanted}", force.stored);
+    // The curvature that angles tell of differs from triangle to triangle; without its shift the release is several times too large.
+    assert!((force.stored - wanted).length() < 0.3 * wanted.length(), "{} for {wanted}", force.stored);
+}
+
 /// Side of the plates \[mm\], length of their edge crack \[mm\] and tension along y \[MPa\].
 const SIDE: f64 = 14.0;
 const CRACK: f64 = 4.0;
@@ -206,7 +265,7 @@ fn plate(placed: impl Fn(DVec3) -> DVec3, tension: f64, force: f64) -> Torn {
 #[test]
 fn is_the_j_of_a_plane_crack_on_any_disc() {
     let torn = plate(|p| p, TENSION, 0.0);
-    // The ring's J is met by it to 1 % (`rhexis verify tear-load`).
+    // The energy of the stress intensities is met by it to 1 % (`rhexis verify tear-load`).
     let world = torn.simulation.world();
     let (vertices, triangles, topology) = (
         world.get::<&Vertices>(torn.body.entity()).unwrap(),
@@ -226,7 +285,7 @@ fn is_the_j_of_a_plane_crack_on_any_disc() {
     let energy = EnergyCriterion { ring: 4.0, ..EnergyCriterion::new(Toughness { along: 1.0, across: 1.0 }) };
     let terms = EnergyTerms { tearing: &tearing, energy: &energy };
     let vertex = world.get::<&Tips>(torn.body.entity()).unwrap().vertex[0];
-    let wanted = terms.contour(&surface, (0, vertex), &mut TipMemory::default()).unwrap().release;
+    let wanted = terms.crack_field(&surface, (0, vertex), &mut TipMemory::default()).unwrap().release();
     for radius in [0.8, 1.0, 1.5, 2.0, 3.0] {
         let found = torn.release(radius);
         println!("{radius} mm: {} of {wanted}, {}°", found.x / wanted, found.to_angle().to_degrees());

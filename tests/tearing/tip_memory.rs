@@ -19,21 +19,22 @@ fn average(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius:
     memory.at_tip(&surface(body, false), (tip, vertex), strength, radius).map(|(.., average)| average)
 }
 
-/// What the ring tells, and why not, as text: two that are no numbers are then the same.
-fn contour(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius: f64) -> Option<String> {
+/// The material force and the crack's field, or why there is none, as text: two that are no numbers are then the same.
+fn energy(memory: &mut TipMemory, surface: &Surface, tip: usize, vertex: u32, radius: f64) -> Option<String> {
     let strength = Strength::new(2.0, 1.0, 0.5).unwrap();
-    let (surface, radii) = (surface(body, false), (radius, 2.0 * radius));
-    let (.., ring) = memory.at_tip_with_ring(&surface, (tip, vertex), strength, radii)?;
-    Some(format!("{:?}", ring.contour(&surface)))
+    let (_, disc) = memory.shifted_disc(surface, (tip, vertex), strength, (radius, 2.0 * radius))?;
+    Some(format!("{:?}", disc.read(surface)))
 }
 
-/// The material force of a sheet that bends, as text.
-fn material_force(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius: f64) -> Option<String> {
-    let strength = Strength::new(2.0, 1.0, 0.5).unwrap();
+/// Of a sheet that does not bend.
+fn plain(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius: f64) -> Option<String> {
+    energy(memory, &surface(body, false), tip, vertex, radius)
+}
+
+/// Of a sheet that bends.
+fn bent(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius: f64) -> Option<String> {
     let bending = Bending { stiffness: Some(0.02) };
-    let surface = Surface { bending: Some(&bending), ..surface(body, false) };
-    let (_, force) = memory.material_force(&surface, (tip, vertex), strength, (radius, 2.0 * radius))?;
-    Some(format!("{force:?}"))
+    energy(memory, &Surface { bending: Some(&bending), ..surface(body, false) }, tip, vertex, radius)
 }
 
 /// Without a walk, without a disc's own axes: every triangle of a flat sheet by its overlap and its full state.
@@ -65,14 +66,13 @@ fn on_a_flat_whole_sheet_the_average_is_that_over_all_triangles() {
 }
 
 #[test]
-fn rings_are_laid_only_for_bodies_that_decide_by_energy() {
+fn discs_of_the_material_force_are_laid_only_for_bodies_that_decide_by_energy() {
     let body = Body::new(&meshes::jittered(14, 12, 7.0, 6.0, 2), DVec3::X);
     let mut memory = TipMemory::default();
     average(&mut memory, &body, 0, 20, 1.0).unwrap();
-    assert!(format!("{memory:?}").contains("rings: []"));
-    let strength = Strength::new(2.0, 1.0, 0.5).unwrap();
-    memory.at_tip_with_ring(&surface(&body, false), (0, 20), strength, (1.0, 2.0)).unwrap();
-    assert!(!format!("{memory:?}").contains("rings: []"));
+    assert!(format!("{memory:?}").contains("shifted: []"));
+    plain(&mut memory, &body, 0, 20, 1.0).unwrap();
+    assert!(!format!("{memory:?}").contains("shifted: []"));
 }
 
 /// An edit at a random place, not always a legal one.
@@ -112,7 +112,8 @@ fn what_is_remembered_follows_random_edits() {
         let mut random = Random::new(seed);
         let mut body = Body::new(&sheet, DVec3::new(1.0, 0.4, 0.1));
         body.deform(&mut random);
-        let mut memory = TipMemory::default();
+        // A disc is laid for tissue that bends, or for tissue that does not.
+        let (mut memory, mut bending) = (TipMemory::default(), TipMemory::default());
         let mut tips: Vec<u32> = (0..6).map(|_| random.below(body.vertices.len()) as u32).collect();
         let (mut done, mut glides, mut asked) = (0, 0, 0);
         while done < 400 {
@@ -128,15 +129,11 @@ fn what_is_remembered_follows_random_edits() {
                 for (tip, &vertex) in tips.iter().enumerate() {
                     let fresh = average(&mut TipMemory::default(), &body, 0, vertex, radius);
                     assert_eq!(average(&mut memory, &body, tip, vertex, radius), fresh, "{seed}: {done} {edit:?}");
-                    let fresh = contour(&mut TipMemory::default(), &body, 0, vertex, radius);
-                    assert_eq!(contour(&mut memory, &body, tip, vertex, radius), fresh, "{seed}: {done} {edit:?}");
+                    let fresh = plain(&mut TipMemory::default(), &body, 0, vertex, radius);
+                    assert_eq!(plain(&mut memory, &body, tip, vertex, radius), fresh, "{seed}: {done} {edit:?}");
                     // Bending reaches two triangles beyond the disc: an edit there left rows that were no more.
-                    let fresh = material_force(&mut TipMemory::default(), &body, 0, vertex, radius);
-                    assert_eq!(
-                        material_force(&mut memory, &body, tip, vertex, radius),
-                        fresh,
-                        "{seed}: {done} {edit:?}"
-                    );
+                    let fresh = bent(&mut TipMemory::default(), &body, 0, vertex, radius);
+                    assert_eq!(bent(&mut bending, &body, tip, vertex, radius), fresh, "{seed}: {done} {edit:?}");
                     asked += 1;
                 }
                 let moved = random.below(tips.len());

@@ -1,13 +1,17 @@
-//! The criterion on energy at a tip: from the field in the ring around it where that is a plane crack's, by the material force where
-//! it is not.
+//! The criterion on energy at a tip: the material force is the energy, and the field around the tip, where that is a plane crack's, tells how
+//! a kink shares it.
 
 use crate::components::{DecidedBy, EnergyCriterion, RingFault, TearDecision, Tearing};
 use crate::math::elementary;
 use crate::systems::fracture::criterion::by_triangle::in_runs;
 use crate::systems::fracture::criterion::tip_decision::{admissible, decision_in_fan};
-use crate::systems::fracture::{Contour, MaterialForce, Surface, TipMemory, strength};
+use crate::systems::fracture::{MaterialForce, Surface, TipMemory, strength};
 use crate::systems::kernels::failure::{self, Strength, TipField, evaluate_pull, evaluate_release};
 use glam::{DVec2, DVec3};
+
+/// Largest deviation of the energy of the crack's field from the material force: a field that is farther off is another one. At strains of
+/// 10 % that of a crack is off by 22 %.
+const MOST_OFF: f64 = 0.3;
 
 /// Material data by which a body's tips decide.
 #[derive(Clone, Copy, Debug)]
@@ -63,13 +67,6 @@ impl EnergyTerms<'_> {
         (self.tearing.radius, self.energy.ring * self.tearing.radius)
     }
 
-    /// The field in the ring at the `tip`th tip of a body, at `vertex`, and J \[N/mm\]: the energy released per area of a crack
-    /// that goes straight on. `None` where the ring has no such field.
-    pub fn contour(&self, surface: &Surface, at: (usize, u32), memory: &mut TipMemory) -> Option<Contour> {
-        let (.., ring) = memory.at_tip_with_ring(surface, at, strength(self.tearing), self.radii())?;
-        ring.contour(surface).ok()
-    }
-
     /// The material force at the `tip`th tip of a body, at `vertex`, in its tangent plane. `None` where the tip has no fan.
     pub fn material_force(
         &self,
@@ -77,9 +74,30 @@ impl EnergyTerms<'_> {
         at: (usize, u32),
         memory: &mut TipMemory,
     ) -> Option<([DVec3; 2], MaterialForce)> {
-        let (chart, force) = memory.material_force(surface, at, strength(self.tearing), self.radii())?;
-        Some((chart.axes(), force))
+        let (chart, disc) = memory.shifted_disc(surface, at, strength(self.tearing), self.radii())?;
+        Some((chart.axes(), disc.force(surface)?))
     }
+
+    /// The field of a plane crack at the `tip`th tip of a body, at `vertex`, as the interaction integral finds it: not yet of the energy that
+    /// the material force releases. `None` where the tip has no fan or no such field.
+    pub fn crack_field(&self, surface: &Surface, at: (usize, u32), memory: &mut TipMemory) -> Option<TipField> {
+        let (_, disc) = memory.shifted_disc(surface, at, strength(self.tearing), self.radii())?;
+        disc.read(surface)?.1.ok()
+    }
+}
+
+/// Scales the field so that straight ahead it releases as much as the material force `release` \[N/mm\].
+fn of_energy(field: TipField, release: DVec2) -> Result<TipField, RingFault> {
+    let wanted = release.dot(field.ahead);
+    if !(wanted > 0.0) {
+        return Err(RingFault::NoRelease);
+    }
+    let found = field.release();
+    if !((found / wanted - 1.0).abs() <= MOST_OFF) {
+        return Err(RingFault::OtherField);
+    }
+    let scale = (wanted / found).sqrt();
+    Ok(TipField { intensities: field.intensities.map(|k| k * scale), ..field })
 }
 
 /// Decision at a tip by the energy criterion, as `tip_decision` by strength; with the release that it was found from.
@@ -91,10 +109,12 @@ pub fn energy_decision(
     memory: &mut TipMemory,
 ) -> Option<(TearDecision, EnergyReading)> {
     let (tearing, toughness) = (terms.tearing, terms.toughness());
-    let (chart, average, ring) = memory.at_tip_with_ring(surface, (tip, vertex), strength(tearing), terms.radii())?;
+    let average = memory.average(surface, (tip, vertex), strength(tearing), tearing.radius)?;
+    let (chart, disc) = memory.shifted_disc(surface, (tip, vertex), strength(tearing), terms.radii())?;
+    let (force, field) = disc.read(surface)?;
     let (cone, sector) = admissible(tearing, previous, chart);
     let (factors, place) = (&surface.triangles.toughness, (surface, vertex, chart));
-    let field = ring.contour(surface).map(|contour| contour.field).and_then(|field| {
+    let field = field.and_then(|field| of_energy(field, force.release)).and_then(|field| {
         let answer = in_runs(factors, place, sector, |sector, factor| {
             Some(evaluate_release(&field, &toughness, cone, sector)?.over(factor.sqrt()))
         });
@@ -104,16 +124,14 @@ pub fn energy_decision(
     let (reading, (answer, factor)) = match field {
         Ok(found) => found,
         Err(fault) => {
-            let (chart, force) = memory.material_force(surface, (tip, vertex), strength(tearing), terms.radii())?;
             let (release, fibre) = (force.release, average.fibre);
-            let place = (surface, vertex, chart);
             let answer = in_runs(factors, place, sector, |sector, factor| {
                 Some(evaluate_pull(release, fibre, &toughness, cone, sector)?.over(factor.sqrt()))
             })?;
             (EnergyReading::Pull { release, fibre, fault }, answer)
         }
     };
-    let decision = decision_in_fan(vertex, &answer, &surface.chart(vertex)?, &average);
+    let decision = decision_in_fan(vertex, &answer, chart, &average);
     let (fibre, d) = (average.fibre, answer.best.direction);
     let delta = elementary::atan2(fibre.perp_dot(d).abs(), fibre.dot(d).abs());
     let release = Some(answer.best.value * answer.best.value * toughness.threshold(delta) * factor);

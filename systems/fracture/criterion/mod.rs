@@ -5,9 +5,9 @@
 
 pub(super) mod by_triangle;
 pub(super) mod coupled_criterion;
+pub(super) mod crack_field;
 pub(super) mod energy_decision;
 pub(super) mod held_shut;
-pub(super) mod ring;
 pub(super) mod shifted_disc;
 pub(super) mod shifted_folds;
 pub(super) mod tip_decision;

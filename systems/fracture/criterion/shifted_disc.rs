@@ -3,11 +3,14 @@
 //! It is laid out in the rest shape and stays as it is until an edit touches its triangles; only the field in them changes from
 //! step to step.
 
-use crate::math::{ElementState, FibreLaw, Orthotropic, PerRow, RestTriangle, Sym2};
+use crate::components::RingFault;
+use crate::math::{ElementState, FibreLaw, Orthotropic, PerRow, RestTriangle, Sym2, elementary};
 use crate::storage::NONE;
 use crate::systems::fracture::Surface;
+use crate::systems::fracture::criterion::crack_field::{CrackField, CrackFrame, MemberState};
 use crate::systems::fracture::criterion::shifted_folds::ShiftedFolds;
 use crate::systems::fracture::criterion::tip_disc::{TangentPlane, Walk};
+use crate::systems::kernels::failure::TipField;
 use crate::systems::kernels::material_force::{Strained, pulled_back};
 use crate::systems::kernels::membrane_lanes::{CornerForces, States};
 use crate::systems::kernels::{membrane, simd};
@@ -31,6 +34,9 @@ const COS_TURNED_OFF: f64 = 0.5;
 /// Triangles for which a disc has room from the start: with six edges to the radius there are some 260 in it.
 const USUAL_SHIFTED_DISC: usize = 512;
 
+/// Slant of a force from the normal, in root mean squares of the tilts of the triangles, of which half the work is counted.
+const TILTS: f64 = 2.0;
+
 /// Triangles that are strained side by side: their states and forces fill 8 kB.
 const PACK: usize = 32;
 
@@ -49,6 +55,8 @@ pub struct ShiftedDisc {
     folds: ShiftedFolds,
     /// Edges of boundaries in it.
     lips: Vec<[u32; 2]>,
+    /// The field of a crack in it.
+    field: CrackField,
     /// Mean thickness at its centre \[mm\].
     thickness: f64,
     /// Buffer of triangles strained side by side.
@@ -75,8 +83,37 @@ struct Node {
     vertex: u32,
     weight: f64,
     area: f64,
+    /// Sum of the present areas as vectors, and of their sizes \[mm²\].
+    normal: DVec3,
+    present_area: f64,
     gradient: [DVec3; 2],
     force: DVec3,
+}
+
+impl Node {
+    fn new(vertex: u32, weight: f64) -> Self {
+        Self {
+            vertex,
+            weight,
+            area: 0.0,
+            normal: DVec3::ZERO,
+            present_area: 0.0,
+            gradient: [DVec3::ZERO; 2],
+            force: DVec3::ZERO,
+        }
+    }
+
+    /// The part of the force that does work as the material slides through the surface. Across it there is none; the normal is no better known
+    /// than the tilt of the triangles, so that a slant of that size is none either.
+    fn sliding(&self) -> DVec3 {
+        let Some(normal) = self.normal.try_normalize() else { return self.force };
+        let across = normal.dot(self.force);
+        let along = self.force - normal * across;
+        let level = self.normal.length() / self.present_area;
+        let slant = elementary::powi(TILTS * across, 2) * (1.0 - level * level).max(0.0);
+        let size = along.length_squared();
+        if size > 0.0 { along * (size / (size + slant)) } else { DVec3::ZERO }
+    }
 }
 
 /// The material force at a tip, in the axes in which its disc was laid.
@@ -101,16 +138,17 @@ impl ShiftedDisc {
             self.nodes.reserve(USUAL_SHIFTED_DISC);
             self.rim.reserve(USUAL_SHIFTED_DISC);
             self.lips.reserve(USUAL_SHIFTED_DISC);
+            self.field.make_room(USUAL_SHIFTED_DISC);
             self.pack.make_room();
         }
     }
 
     /// Lays the disc of `radius` \[mm\] about a vertex, whose tangent plane has the orthonormal `axes`, starting from the triangles
-    /// `start` around it. Boundaries other than the two lips that lead to the vertex stay where they are.
+    /// `start` around it, and the crack in this `frame`. Boundaries other than the two lips that lead to the vertex stay where they are.
     pub fn lay(
         &mut self,
         surface: &Surface,
-        (vertex, axes, radius): (u32, [DVec3; 2], f64),
+        ((vertex, axes, radius), frame): ((u32, [DVec3; 2], f64), CrackFrame),
         start: impl IntoIterator<Item = u32>,
         walk: &mut Walk,
     ) {
@@ -121,6 +159,7 @@ impl ShiftedDisc {
         self.rim.clear();
         self.nodes.clear();
         self.lips.clear();
+        self.field.clear(frame);
         walk.begin(triangles.len());
         start.into_iter().for_each(|t| walk.visit(t));
         let mut next = 0;
@@ -159,8 +198,19 @@ impl ShiftedDisc {
             area += weighted;
             volume += weighted * triangles.thickness[t];
             let nodes = [0, 1, 2].map(|i| self.node(corners[i], weights[i]));
-            self.members.push(Member { triangle, fibre, weights, fall: fibre.rotate(fall), nodes });
+            let fall = fibre.rotate(fall);
+            self.members.push(Member { triangle, fibre, weights, fall, nodes });
+            if fall != DVec2::ZERO {
+                self.field.add(x, (&plane, rest.area, fall));
+            }
         }
+        let law = self.members.first().and_then(|member| triangles.stiffness.get(member.triangle as usize));
+        let placed = |&[a, b]: &[u32; 2]| {
+            let [a, b] = [a, b].map(|v| vertices.rest_position[v as usize]);
+            let [a, b, _] = plane.place([a, b, b]).0;
+            [a, b]
+        };
+        self.field.find_crack(law, (DISC_CORE * radius, radius), self.lips.iter().map(placed));
         self.thickness = volume / area;
         self.folds.clear();
         if let Some(bending) = surface.bending {
@@ -199,7 +249,7 @@ impl ShiftedDisc {
         // The walk goes round and round: a vertex comes up again soon after it came first.
         let known = self.nodes.iter().rposition(|node| node.vertex == vertex);
         known.unwrap_or_else(|| {
-            self.nodes.push(Node { vertex, weight, area: 0.0, gradient: [DVec3::ZERO; 2], force: DVec3::ZERO });
+            self.nodes.push(Node::new(vertex, weight));
             self.nodes.len() - 1
         }) as u32
     }
@@ -215,11 +265,22 @@ impl ShiftedDisc {
         self.folds.bending() == surface.bending.copied()
     }
 
+    /// Directions for which the disc was laid.
+    pub fn frame(&self) -> Option<CrackFrame> {
+        self.field.frame()
+    }
+
     /// The material force at the current positions; `None` where it is not finite.
     pub fn force(&mut self, surface: &Surface) -> Option<MaterialForce> {
-        let Self { members, nodes, thickness, folds, pack, .. } = self;
+        self.read(surface).map(|(force, _)| force)
+    }
+
+    /// The material force and the field of the crack at the current positions, or why there is none; `None` where the force is not finite.
+    pub fn read(&mut self, surface: &Surface) -> Option<(MaterialForce, Result<TipField, RingFault>)> {
+        let Self { members, nodes, thickness, folds, field, pack, .. } = self;
+        let has_crack = field.begin() && surface.fibres.is_none();
         for node in &mut *nodes {
-            (node.area, node.gradient, node.force) = (0.0, [DVec3::ZERO; 2], DVec3::ZERO);
+            *node = Node::new(node.vertex, node.weight);
         }
         let bends = surface.bending.is_some();
         let mut stored = if bends { folds.release(surface) } else { DVec2::ZERO };
@@ -228,21 +289,29 @@ impl ShiftedDisc {
             for (place, member) in members.iter().enumerate() {
                 let (strained, area) = pack.strained(place, member, surface);
                 let bent = if bends { folds.forces(member.triangle) } else { [DVec3::ZERO; 3] };
+                let normal = if surface.is_planar { DVec3::ZERO } else { strained.normal() * area };
+                let size = normal.length();
                 for (corner, &node) in member.nodes.iter().enumerate() {
                     let Some(node) = nodes.get_mut(node as usize) else { continue };
                     node.area += area;
+                    node.normal += normal;
+                    node.present_area += size;
                     node.force += strained.forces[corner] + bent[corner];
                     for (sum, column) in node.gradient.iter_mut().zip(strained.gradient) {
                         *sum += column * area;
                     }
                 }
                 stored += strained.release(member.weights, member.fall);
+                if has_crack && member.fall != DVec2::ZERO {
+                    field.push(pack.state(place, member, &strained, surface));
+                }
             }
         }
-        let carried = |node: &Node| pulled_back(node.gradient, node.force) * (node.weight / node.area);
+        let carried = |node: &Node| pulled_back(node.gradient, node.sliding()) * (node.weight / node.area);
         let carried: DVec2 = nodes.iter().map(carried).sum();
         let [release, stored] = [stored + carried, stored].map(|force| force / *thickness);
-        (release.is_finite() && stored.is_finite()).then_some(MaterialForce { release, stored })
+        let force = MaterialForce { release, stored };
+        (release.is_finite() && stored.is_finite()).then(|| (force, field.read(surface)))
     }
 }
 
@@ -315,5 +384,15 @@ impl Pack {
         let DVec2 { x: c, y: s } = member.fibre;
         let gradient = [f1 * c - f2 * s, f1 * s + f2 * c];
         (Strained { gradient, energy, forces: self.forces[place] }, rest.area)
+    }
+
+    /// State of a member's triangle for the field of a crack, in the axes of the disc.
+    fn state(&self, place: usize, member: &Member, strained: &Strained, surface: &Surface) -> MemberState {
+        let DVec2 { x: c, y: s } = member.fibre;
+        let turned = |tensor: Sym2| tensor.in_axes(DVec2::new(c, -s), DVec2::new(s, c));
+        let state = &self.state[place];
+        let free = surface.unstretched - self.pre_stretch[place];
+        let stretch = [state.polar.stretch, free].map(turned);
+        MemberState { gradient: strained.gradient, stress: turned(state.stress), stretch }
     }
 }

@@ -2,7 +2,8 @@
 //! positions.
 //!
 //! Its energy is ½·φ·Q·φ summed over triangles, with mid-edge normals turned by differences of moments
-//! ([`DihedralAngles`](crate::systems::bending::DihedralAngles)). Laws Q and turns follow the shift; the angles between triangles do not.
+//! ([`DihedralAngles`](crate::systems::bending::DihedralAngles)). Laws Q and turns follow the shift; the angles between triangles do not. Those at rest
+//! follow as the curvature at rest stays where it is.
 
 use crate::components::Bending;
 use crate::storage::{NONE, measure::rest_corners};
@@ -18,8 +19,9 @@ struct Bend {
     law: EdgeMatrix,
     /// Change of the law Q by shifts along the axes of the disc \[N\].
     shifted: [EdgeMatrix; 2],
-    /// Angles at rest.
+    /// Angles at rest, and the change of their halves by shifts along the axes of the disc, at a fixed curvature \[1/mm\].
     rest: DVec3,
+    shifted_rest: [DVec3; 2],
     /// Per edge the entry of the triangle across and its edge, if it is listed, and the rotation of the normal per difference
     /// of moments.
     across: [Option<(u32, usize)>; 3],
@@ -108,8 +110,10 @@ impl ShiftedFolds {
                 NONE => 0.0,
                 n => bending::angle(normal(triangle), normal(n), edge(e)),
             });
-            let rest = DVec3::from_array(angles);
-            self.bends.push(Bend { triangle, law, shifted, rest, ..Bend::default() });
+            let angles = DVec3::from_array(angles);
+            let shifted_rest =
+                [DVec2::X, DVec2::Y].map(|d| bending::angles_under_shift(rest, angles * 0.5, (own(fall), own(d))));
+            self.bends.push(Bend { triangle, law, shifted, rest: angles, shifted_rest, ..Bend::default() });
         }
         for place in 0..self.bends.len() {
             let t = self.bends[place].triangle;
@@ -171,7 +175,9 @@ impl ShiftedFolds {
             self.bends[place].slope =
                 bending::product(&bend.law, bend.angles + self.turned(bend, |bend| bend.balanced));
         }
-        let release = |axis: usize| -> f64 { self.bends.iter().map(|bend| -self.change(bend, axis)).sum() };
+        let release = |axis: usize| -> f64 {
+            self.bends.iter().map(|bend| self.straightened(bend, axis) - self.change(bend, axis)).sum()
+        };
         DVec2::new(release(0), release(1))
     }
 
@@ -192,6 +198,16 @@ impl ShiftedFolds {
     fn turned(&self, bend: &Bend, moment: impl Fn(&Bend) -> DVec3) -> DVec3 {
         let others = bend.across.map(|across| across.map_or(0.0, |(other, f)| moment(&self.bends[other as usize])[f]));
         (DVec3::from_array(others) - moment(bend)) * bend.turn
+    }
+
+    /// Energy that the angles at rest release \[N\] as they change by a unit of shift along an axis: each has its change from the curvature
+    /// of either triangle.
+    fn straightened(&self, bend: &Bend, axis: usize) -> f64 {
+        let own = bend.shifted_rest[axis];
+        let change = [0, 1, 2].map(|e| {
+            bend.across[e].map_or(0.0, |(other, f)| 0.5 * (own[e] + self.bends[other as usize].shifted_rest[axis][f]))
+        });
+        bend.slope.dot(DVec3::from_array(change))
     }
 
     /// Change of ½·φ·Q·φ of a triangle \[N\] by a unit of shift along an axis. Of the angles φ half of those to its neighbours

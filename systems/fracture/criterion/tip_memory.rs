@@ -2,9 +2,9 @@
 //! edit touches their triangles. A resting tip then costs the stress in its disc and one search.
 
 use crate::storage::{EditLog, Revision};
-use crate::systems::fracture::criterion::held_shut::{field_centre, lay_at_tip, triangles_around};
-use crate::systems::fracture::criterion::ring::Ring;
-use crate::systems::fracture::criterion::shifted_disc::{MaterialForce, ShiftedDisc};
+use crate::systems::fracture::criterion::crack_field::CrackFrame;
+use crate::systems::fracture::criterion::held_shut::{field_tip, lay_at_tip, triangles_around};
+use crate::systems::fracture::criterion::shifted_disc::ShiftedDisc;
 use crate::systems::fracture::criterion::tip_disc::{Disc, Walk};
 use crate::systems::fracture::criterion::tip_stress::{DiscAverage, Surface};
 use crate::systems::fracture::topology::ligaments::Ligaments;
@@ -17,9 +17,7 @@ pub struct TipMemory {
     search: Option<Box<Search>>,
     /// Charts and discs by the rows of the tips.
     places: Vec<Option<TipPlace>>,
-    /// Rings by the rows of the tips, for bodies that decide by energy; empty otherwise.
-    rings: Vec<Kept<Ring>>,
-    /// Discs for the material force, where it is asked for.
+    /// Discs of the material force by the rows of the tips, for bodies that decide by energy; empty otherwise.
     shifted: Vec<Kept<ShiftedDisc>>,
     /// Ligaments of a body that has torn.
     ligaments: Option<Box<Ligaments>>,
@@ -54,12 +52,6 @@ struct Kept<T> {
 trait Domain: Default {
     /// Rows of the triangles.
     fn rows(&self) -> impl Iterator<Item = u32>;
-}
-
-impl Domain for Ring {
-    fn rows(&self) -> impl Iterator<Item = u32> {
-        self.triangles()
-    }
 }
 
 impl Domain for ShiftedDisc {
@@ -114,48 +106,39 @@ impl TipMemory {
         Some((&place.chart, self.search.as_deref()?, DiscAverage::over(&place.disc, radius, surface)?))
     }
 
-    /// Finds chart and averages at a tip as [`at_tip`](Self::at_tip), and, for the search, the ring of another radius \[mm\] about the
-    /// same point.
-    pub fn at_tip_with_ring(
+    /// The averages over the disc of radius R \[mm\] at a tip, as [`at_tip`](Self::at_tip) finds them.
+    pub fn average(
         &mut self,
         surface: &Surface,
-        (tip, vertex): (usize, u32),
+        at: (usize, u32),
         strength: Strength,
-        (radius, ring_radius): (f64, f64),
-    ) -> Option<(&FanChart, DiscAverage, &Ring)> {
-        self.look(surface, (tip, vertex), strength, radius)?;
-        Kept::at(&mut self.shifted, tip).domain.make_room();
-        let place = self.places[tip].as_ref()?;
-        let kept = Kept::at(&mut self.rings, tip);
-        if kept.is_due(vertex, ring_radius, &surface.topology.log) {
-            // About the point at which the disc lies, so that both see one field.
-            let at = field_centre(surface, (vertex, radius), &place.chart).0;
-            let start = triangles_around(surface, vertex);
-            let frame = (at, place.chart.axes(), ring_radius);
-            kept.domain.lay(surface, frame, place.disc.fibre, start, &mut self.walk);
-        }
-        let average = DiscAverage::over(&place.disc, radius, surface)?;
-        Some((&place.chart, average, &kept.domain))
+        radius: f64,
+    ) -> Option<DiscAverage> {
+        Some(self.at_tip(surface, at, strength, radius)?.2)
     }
 
-    /// The material force \[N/mm\] at the `tip`th tip of a body, at `vertex`, on a disc of about `wanted` \[mm\], with the chart in
-    /// whose axes it is. `None` where the fan has no area or the force is not finite.
-    pub fn material_force(
+    /// The disc of about `wanted` \[mm\] for the material force at the `tip`th tip of a body, at `vertex`, with the chart in whose axes it
+    /// is laid. `None` where the fan has no area.
+    pub fn shifted_disc(
         &mut self,
         surface: &Surface,
         (tip, vertex): (usize, u32),
         strength: Strength,
         (radius, wanted): (f64, f64),
-    ) -> Option<(&FanChart, MaterialForce)> {
+    ) -> Option<(&FanChart, &mut ShiftedDisc)> {
         self.look(surface, (tip, vertex), strength, radius)?;
         let place = self.places[tip].as_ref()?;
-        let radius = ShiftedDisc::radius(wanted, radius / place.disc.edges_per_radius);
+        let disc_radius = ShiftedDisc::radius(wanted, radius / place.disc.edges_per_radius);
         let kept = Kept::at(&mut self.shifted, tip);
-        if kept.is_due(vertex, radius, &surface.topology.log) || !kept.domain.bends_as(surface) {
+        kept.domain.make_room();
+        let is_due = kept.is_due(vertex, disc_radius, &surface.topology.log);
+        let fibre = place.disc.fibre;
+        if is_due || !kept.domain.bends_as(surface) || kept.domain.frame().is_none_or(|frame| frame.fibre != fibre) {
+            let frame = CrackFrame { fibre, tip: field_tip(surface, (vertex, radius), &place.chart) };
             let start = triangles_around(surface, vertex);
-            kept.domain.lay(surface, (vertex, place.chart.axes(), radius), start, &mut self.walk);
+            kept.domain.lay(surface, ((vertex, place.chart.axes(), disc_radius), frame), start, &mut self.walk);
         }
-        Some((&place.chart, kept.domain.force(surface)?))
+        Some((&place.chart, &mut kept.domain))
     }
 
     /// Updates the memory of a tip; `None` where its fan has no area.

@@ -27,6 +27,14 @@ pub struct TipField {
     pub intensities: [f64; 2],
 }
 
+impl TipField {
+    /// Energy released straight ahead per area \[N/mm\].
+    pub fn release(&self) -> f64 {
+        let [opening, sliding] = self.intensities;
+        CrackTip::new(&self.law, elementary::turn(self.ahead, self.fibre)).energy_release(opening, sliding)
+    }
+}
+
 /// Energy criterion √(G/G_c) of a small kink by direction.
 struct Release<'a> {
     tip: CrackTip,

@@ -54,7 +54,7 @@ fn a_decision_by_the_material_force_says_why() {
     let criterion = "bodies.0.energy_criterion={ toughness_along_fibres = 1e-3, toughness_across_fibres = 2e-3 }";
     let folder = dump(&["--steps", "5", "--set", criterion]);
     let tips = rows(&folder.path().join("tips.csv"));
-    // The notch is as long as two averaging radii: the ring is not around its crack alone, or its mesh is too coarse.
+    // The notch is as long as two averaging radii: the disc is not around its crack alone.
     assert!(
         tips.len() == 1 && tips[0]["decided_by"].starts_with("energy by the material force: the ring "),
         "{tips:?}"

@@ -241,8 +241,8 @@ impl Cracked {
             let decision = tip_decision(&surface, tearing, tip, (vertex, previous), &mut memory)?;
             let terms = EnergyTerms { tearing, energy: &energy };
             let (by_energy, _) = energy_decision(&surface, terms, tip, (vertex, previous), &mut memory)?;
-            let contour = terms.contour(&surface, (tip, vertex), &mut memory);
-            let release = contour.map_or(f64::NAN, |contour| contour.release);
+            let field = terms.crack_field(&surface, (tip, vertex), &mut memory);
+            let release = field.map_or(f64::NAN, |field| field.release());
             let by_force = terms
                 .material_force(&surface, (tip, vertex), &mut memory)
                 .map_or(f64::NAN, |([x, y], force)| force.release.dot(DVec2::new(previous.dot(x), previous.dot(y))));
