@@ -7,7 +7,7 @@ use rhexis::event::{Event, EventKind, TearCost};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::BodyId;
-use rhexis_scene::measures::{TearAccount, TearSpan};
+use rhexis_scene::measures::{HandForce, TearAccount, TearSpan};
 
 /// A square while it is torn, and what its account has told.
 struct Torn {
@@ -171,7 +171,7 @@ fn what_is_dissipated_does_not_fall_by_more_than_a_tenth_of_what_is_in_the_body(
 }
 
 #[test]
-fn the_jump_of_a_grips_force_is_that_over_the_steps_of_advances() {
+fn the_force_of_jaws_and_holds_is_followed_from_the_first_advance_to_the_last() {
     let grip = Grip {
         name: "forceps".into(),
         from: 0.0,
@@ -182,17 +182,17 @@ fn the_jump_of_a_grips_force_is_that_over_the_steps_of_advances() {
         path: Path { points: vec![(0.0, DVec3::ZERO)] },
     };
     let mut torn = Torn::new(&Square::isotropic([20, 17]), None, vec![grip]);
-    let (mut before, mut has_advanced, mut largest) = (None::<DVec3>, false, None::<f64>);
+    let mut felt = [HandForce::default(), HandForce::default()];
+    let name = torn.simulation.reactions(torn.body).unwrap()[0].0.clone();
     for _ in 0..120 {
         let advances = torn.step();
+        let hold = torn.simulation.reactions(torn.body).unwrap()[0].1;
         let world = torn.simulation.world();
-        let now = world.get::<&Grips>(torn.body.entity()).unwrap().pinches[0].force;
-        if let (true, Some(before)) = (advances || has_advanced, before) {
-            largest = Some(largest.unwrap_or(0.0).max(before.distance(now)));
-        }
-        (before, has_advanced) = (Some(now), advances);
+        let jaws = world.get::<&Grips>(torn.body.entity()).unwrap().pinches[0].force;
+        [jaws, hold].into_iter().zip(&mut felt).for_each(|(force, hand)| hand.note(Some(force), advances));
     }
-    assert!(largest.unwrap() > 0.0);
-    assert_eq!(torn.account.force_jump("forceps"), largest);
-    assert_eq!(torn.account.force_jump("another"), None);
+    let [jaws, hold] = felt.map(|hand| hand.figures());
+    assert!(jaws.unwrap().largest_jump > 0.0 && hold.unwrap().mean > 0.0);
+    assert_eq!((torn.account.jaws_force("forceps"), torn.account.hold_force(&name)), (jaws, hold));
+    assert_eq!((torn.account.jaws_force("another"), torn.account.hold_force("forceps")), (None, None));
 }
