@@ -56,6 +56,7 @@ cases! {
     tear_trouser "tear-trouser",
     tear_trouser_mesh "tear-trouser-mesh",
     tear_trouser_fibre "tear-trouser-fibre",
+    tear_hand_force "tear-hand-force",
     tear_flap "tear-flap",
     tear_two_points "tear-two-points",
 }

@@ -6,9 +6,11 @@
 //! and the tears converge (Hamm et al. 2008; Bayart et al. 2010) until it comes free as one piece.
 
 use super::super::{Artifacts, Line, Row, Rows, VerifyError, bodies, largest};
-use super::steady::{median, steady};
+use super::steady::{Step, judge_pull, median, steady};
 use glam::{DVec2, DVec3};
-use rhexis::components::{Bending, Curve, Damping, Drag, EnergyCriterion, Material, Refinement, Tearing, Toughness};
+use rhexis::components::{
+    Bending, Curve, Damping, Drag, EnergyCriterion, Material, Refinement, TearMode, Tearing, Toughness,
+};
 use rhexis::event::EventKind;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Preconditioner, Settings};
@@ -49,13 +51,16 @@ struct Flap {
     /// Young's modulus \[MPa\].
     young: f64,
     bends: bool,
+    mode: TearMode,
     /// Time steps while it is taut and while it is slack \[ms\]; stiffer tissue gets its compliance from the fold.
     dt: [f64; 2],
 }
 
-const FLAPS: [Flap; 2] = [
-    Flap { name: "without bending", young: 1.0, bends: false, dt: [0.5, 4.0] },
-    Flap { name: "with bending", young: 10.0, bends: true, dt: [2.0, 8.0] },
+const FLAPS: [Flap; 4] = [
+    Flap { name: "without bending", young: 1.0, bends: false, mode: TearMode::Free, dt: [0.5, 4.0] },
+    Flap { name: "with bending", young: 10.0, bends: true, mode: TearMode::Free, dt: [2.0, 8.0] },
+    Flap { name: "without bending, tips glide", young: 1.0, bends: false, mode: TearMode::Glide, dt: [0.5, 4.0] },
+    Flap { name: "with bending, tips glide", young: 10.0, bends: true, mode: TearMode::Glide, dt: [2.0, 8.0] },
 ];
 
 /// The state before a step with an advance.
@@ -72,6 +77,7 @@ struct Pull {
 #[derive(Default)]
 struct Torn {
     pulls: Vec<Pull>,
+    steps: Vec<Step>,
     /// Per tip, from the end of its cut on.
     paths: Vec<(TipKey, Vec<DVec2>)>,
     is_free: bool,
@@ -81,7 +87,7 @@ pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-flap");
     let mut lines = Vec::new();
     // The one that bends takes longer steps.
-    let flaps = if out.is_quick() { &FLAPS[1..] } else { &FLAPS[..] };
+    let flaps = if out.is_quick() { &FLAPS[1..2] } else { &FLAPS[..] };
     for flap in flaps {
         let torn = flap.tear(if out.is_quick() { QUICK } else { f64::INFINITY })?;
         flap.judge(&mut rows, &torn, out.is_quick());
@@ -123,7 +129,7 @@ impl Flap {
         let mut sheet = Membrane::new("sheet", mesh, Material::isotropic(self.young, 0.3, THICKNESS))
             .with(Damping { time: if self.bends { 0.1 } else { 0.5 } })
             .with(Drag { coefficient: 1e-6 })
-            .with(Tearing { radius: 1.0, max_tear_speed: 1.0, ..Tearing::default() })
+            .with(Tearing { mode: self.mode, radius: 1.0, max_tear_speed: 1.0, ..Tearing::default() })
             .with(EnergyCriterion::new(Toughness { along: TOUGHNESS, across: TOUGHNESS }))
             .with(Refinement { edges_per_radius: 1.0 / EDGE, budget: 6.0, ..Refinement::default() });
         if self.bends {
@@ -192,6 +198,7 @@ impl Flap {
             let stretch = 1.0 + pull / (self.young * THICKNESS * 2.0 * FLAP);
             let all = 2.0 * TOUGHNESS;
             state = [pull * (0.5 * (stretch + 1.0) - cosine) / (all * THICKNESS), released.x / all];
+            torn.steps.push(Step { torn: length, has_advanced, pull: state[0] });
         }
         Ok(torn)
     }
@@ -203,6 +210,9 @@ impl Flap {
             rows.ratio(what("does not tear"), f64::NAN, 0.0);
             return;
         };
+        if self.mode == TearMode::Glide {
+            judge_pull(rows, self.name, &torn.steps, FORCE);
+        }
         let off = (median(pulls.iter().map(|pull| pull.form / pull.release)) - 1.0).abs();
         let pull = what("pull before an advance against what both tips release, median");
         // The quick way is mostly that of coming taut.

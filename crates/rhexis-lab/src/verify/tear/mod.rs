@@ -9,6 +9,7 @@ mod steady;
 pub(super) mod energy;
 pub(super) mod fibre;
 pub(super) mod flap;
+pub(super) mod hand_force;
 pub(super) mod kink;
 pub(super) mod load;
 pub(super) mod mesh;
