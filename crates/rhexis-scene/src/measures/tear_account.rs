@@ -1,15 +1,17 @@
 //! The energy account of a body's tears: the fracture work by the toughness, and where the energy that they release goes.
 //!
-//! An advance is made at fixed positions and takes nothing out of the body. Energy set free becomes motion in later steps, which
+//! An advance by a whole triangle is made at fixed positions and takes nothing out of the body. Energy set free becomes motion in later steps, which
 //! damping and the scheme use up. So the toughness's claim, G_c·h·da, is no further term of the balance: it is the part of those that the
-//! tissue would have taken. How far the two are apart shows over the span from one step with advances to the next:
+//! tissue would have taken. Where tips glide, the elastic energy that their moves and the field's relaxation take is a term of the
+//! balance, [`EnergyBalance::released`]. How far the two are apart shows over the span from one step with advances to the next:
 //!
 //! | figure | definition |
 //! |---|---|
 //! | surface energy | Σ G_c·h·da of the advances and starts at the beginning of the span |
 //! | work | of holds, jaws and loads within it |
 //! | released | work and edits less the growth of the elastic energy |
-//! | damping, drag, numerical, other | dissipation of the released energy; the remainder is motion, `kinetic_change` |
+//! | torn | energy taken by tips that glide and by tears in static solves |
+//! | damping, drag, numerical, other | dissipation of the rest; the remainder is motion, `kinetic_change` |
 //!
 //! Over the whole time between the first and the last advance, work per torn area is the cost to the hand. Where the tear is steady, it
 //! is to be compared with the toughness. Elsewhere it is the released energy per torn area, less the energy that the load goes on storing.
@@ -50,9 +52,14 @@ impl TearSpan {
         balance.work() + balance.edits.elastic + balance.edits.kinetic - balance.stored.elastic
     }
 
-    /// Small terms \[mJ\]: the residual's work, unbalanced energy, energy relaxed by static solves, and the imbalance.
+    /// Elastic energy taken by tips that glide and by tears in static solves \[mJ\]; zero for dynamic tears by whole triangles.
+    pub fn torn(&self) -> f64 {
+        self.balance.released
+    }
+
+    /// Small terms \[mJ\]: the residual's work, unbalanced energy, and the imbalance.
     pub fn other(&self) -> f64 {
-        self.balance.residual + self.balance.unbalanced + self.balance.released + self.balance.imbalance()
+        self.balance.residual + self.balance.unbalanced + self.balance.imbalance()
     }
 
     /// Work per torn area \[N/mm\]: the cost to the hand.

@@ -74,6 +74,9 @@ pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
             let work = torn.work_per_area().unwrap_or(f64::NAN) / TOUGHNESS;
             let text = format!("{what}: work less damping per torn area over the toughness, {work:.3}, off 1");
             rows.ratio(text, (work - 1.0).abs(), MEAN);
+            let booked = torn.released_per_area().unwrap_or(f64::NAN) / TOUGHNESS;
+            let text = format!("{what}: energy booked as torn per torn area over the toughness, {booked:.3}, off 1");
+            rows.ratio(text, (booked - 1.0).abs(), MEAN);
             let points = torn.steps.iter().map(|step| DVec2::new(step.torn, step.pull)).collect();
             lines.push(Line { name: format!("dt {dt} ms"), points });
         }
@@ -135,10 +138,19 @@ impl Mesh {
 impl Torn {
     /// Work of the hands per torn area over the steady part, without damping's part \[N/mm\].
     fn work_per_area(&self) -> Option<f64> {
+        self.steady().map(|(spent, area)| (spent.work() - spent.damping) / area)
+    }
+
+    /// Energy that the account books as released by the tear, per torn area \[N/mm\].
+    fn released_per_area(&self) -> Option<f64> {
+        self.steady().map(|(spent, area)| spent.released / area)
+    }
+
+    /// The balance of the steady part, and the area torn in it \[mm²\].
+    fn steady(&self) -> Option<(EnergyBalance, f64)> {
         let steady = steady_steps(&self.steps);
         let (first, last) = (steady.start, steady.end.checked_sub(1)?);
         let spent = self.balances.get(last)?.since(self.balances.get(first)?);
-        let area = (self.steps[last].torn - self.steps[first].torn) * THICKNESS;
-        Some((spent.work() - spent.damping) / area)
+        Some((spent, (self.steps[last].torn - self.steps[first].torn) * THICKNESS))
     }
 }
