@@ -6,10 +6,11 @@
 //! and the tears converge (Hamm et al. 2008; Bayart et al. 2010) until it comes free as one piece.
 
 use super::super::{Artifacts, Line, Row, Rows, VerifyError, bodies, largest};
-use super::steady::{Step, judge_pull, median, steady};
+use super::steady::{Step, judge_pull, median, steady, steady_steps};
 use glam::{DVec2, DVec3};
 use rhexis::components::{
-    Bending, Curve, Damping, Drag, EnergyCriterion, Material, Refinement, TearMode, Tearing, Toughness,
+    Bending, Curve, Damping, Drag, EnergyAudit, EnergyBalance, EnergyCriterion, Material, Refinement, TearMode,
+    Tearing, Toughness,
 };
 use rhexis::event::EventKind;
 use rhexis::membrane::Membrane;
@@ -78,6 +79,7 @@ struct Pull {
 struct Torn {
     pulls: Vec<Pull>,
     steps: Vec<Step>,
+    balances: Vec<EnergyBalance>,
     /// Per tip, from the end of its cut on.
     paths: Vec<(TipKey, Vec<DVec2>)>,
     is_free: bool,
@@ -130,6 +132,7 @@ impl Flap {
             .with(Damping { time: if self.bends { 0.1 } else { 0.5 } })
             .with(Drag { coefficient: 1e-6 })
             .with(Tearing { mode: self.mode, radius: 1.0, max_tear_speed: 1.0, ..Tearing::default() })
+            .with(EnergyAudit::default())
             .with(EnergyCriterion::new(Toughness { along: TOUGHNESS, across: TOUGHNESS }))
             .with(Refinement { edges_per_radius: 1.0 / EDGE, budget: 6.0, ..Refinement::default() });
         if self.bends {
@@ -199,6 +202,7 @@ impl Flap {
             let all = 2.0 * TOUGHNESS;
             state = [pull * (0.5 * (stretch + 1.0) - cosine) / (all * THICKNESS), released.x / all];
             torn.steps.push(Step { torn: length, has_advanced, pull: state[0] });
+            torn.balances.push(simulation.energy_balance(body)?.unwrap_or_default());
         }
         Ok(torn)
     }
@@ -210,10 +214,14 @@ impl Flap {
             rows.ratio(what("does not tear"), f64::NAN, 0.0);
             return;
         };
+        // The fold travels with tips that glide, and damping takes its part all the time; in free mode it waits for the next advance.
+        let net = if self.mode == TearMode::Glide { 1.0 - torn.damped() } else { 1.0 };
         if self.mode == TearMode::Glide {
-            judge_pull(rows, self.name, &torn.steps, FORCE);
+            rows.note(what("part of the work that damping takes"), torn.damped(), "1");
+            let steps: Vec<Step> = torn.steps.iter().map(|step| Step { pull: net * step.pull, ..*step }).collect();
+            judge_pull(rows, &what("without damping's part"), &steps, FORCE);
         }
-        let off = (median(pulls.iter().map(|pull| pull.form / pull.release)) - 1.0).abs();
+        let off = (net * median(pulls.iter().map(|pull| pull.form / pull.release)) - 1.0).abs();
         let pull = what("pull before an advance against what both tips release, median");
         // The quick way is mostly that of coming taut.
         if is_quick && self.bends {
@@ -255,6 +263,17 @@ impl Flap {
             let aside = |(_, path): &(TipKey, Vec<DVec2>)| largest(path.iter().map(|p| (p.y.abs() - FLAP).abs()));
             rows.add(what("off the line straight ahead"), largest(torn.paths.iter().map(aside)) / EDGE, 1.0, "edge");
         }
+    }
+}
+
+impl Torn {
+    /// Part of the work of the hands that damping takes, over the steady part.
+    fn damped(&self) -> f64 {
+        let steady = steady_steps(&self.steps);
+        let last = steady.end.checked_sub(1).and_then(|last| self.balances.get(last));
+        let Some((first, last)) = self.balances.get(steady.start).zip(last) else { return f64::NAN };
+        let spent = last.since(first);
+        spent.damping / spent.work()
     }
 }
 

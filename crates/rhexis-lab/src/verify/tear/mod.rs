@@ -22,4 +22,5 @@ pub(super) mod symmetry;
 pub(super) mod time_step;
 pub(super) mod tip_stress;
 pub(super) mod trouser;
+pub(super) mod turn;
 pub(super) mod two_points;
