@@ -31,8 +31,10 @@ pub(super) struct SpanReport {
     pub edits_mj: f64,
     pub elastic_change_mj: f64,
     pub kinetic_change_mj: f64,
-    /// Work and edits less the growth of the elastic energy; it went into motion and the next four.
+    /// Work and edits less the growth of the elastic energy; it went into motion and the next five.
     pub released_mj: f64,
+    /// Taken by tips that glide, and by tears in static solves.
+    pub torn_mj: f64,
     pub damping_mj: f64,
     pub drag_mj: f64,
     pub numerical_mj: f64,
@@ -57,6 +59,7 @@ impl SpanReport {
             elastic_change_mj: balance.stored.elastic,
             kinetic_change_mj: balance.stored.kinetic,
             released_mj: span.released(),
+            torn_mj: span.torn(),
             damping_mj: balance.damping,
             drag_mj: balance.drag,
             numerical_mj: balance.numerical(),
@@ -93,11 +96,12 @@ impl AccountReport {
             });
             lines.push(format!(
                 "    between first and last advance: work {:.6} mJ ({:.4} N/mm of torn area), released {:.6} mJ ({:.4} N/mm){claimed}; \
-                 it went into damping {:.6}, drag {:.6}, the scheme {:.6}, motion {:.6}, other {:.6} mJ",
+                 it went into the tear {:.6}, damping {:.6}, drag {:.6}, the scheme {:.6}, motion {:.6}, other {:.6} mJ",
                 span.work_mj,
                 span.work_per_area_n_per_mm,
                 span.released_mj,
                 span.released_per_area_n_per_mm,
+                span.torn_mj,
                 span.damping_mj,
                 span.drag_mj,
                 span.numerical_mj,

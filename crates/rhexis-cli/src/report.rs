@@ -10,7 +10,7 @@ use super::timings::{SystemTime, Timings};
 use rhexis::components::{Body, EnergyCriterion, Refined, Refinement, RingFault, TearLog, Tearing};
 use rhexis::storage::{BodyId, Tips, Triangles, Vertices};
 use rhexis_scene::course::CourseReport;
-use rhexis_scene::measures::{TearAccount, TearCourse};
+use rhexis_scene::measures::{HandForceFigures, TearAccount, TearCourse};
 use rhexis_scene::schema::Mode;
 use rhexis_scene::{CutTold, Instance, MeshSummary, Scene, thresholds};
 use serde::Serialize;
@@ -113,6 +113,37 @@ pub(super) struct ForceFigures {
     /// Torque about the pivot of a turned hold; absent for others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque_nmm: Option<[f64; 3]>,
+    /// Absent for an obstacle, and where no tip advanced in two steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub while_tearing: Option<WhileTearing>,
+}
+
+/// The force of a hold or a grip on the tissue over the steps after the first advance up to the last; of a grip within each grasp.
+#[derive(Serialize)]
+pub(super) struct WhileTearing {
+    pub steps: usize,
+    pub mean_n: f64,
+    /// A tenth of the steps have less, and a tenth more.
+    pub p10_n: f64,
+    pub p90_n: f64,
+    /// Largest change of the force, as a vector, from one step to the next.
+    pub largest_jump_n: f64,
+    /// Mean at the end of the steps before those with an advance.
+    pub before_advances_n: f64,
+}
+
+impl WhileTearing {
+    fn of(figures: &HandForceFigures) -> Self {
+        let &HandForceFigures { steps, mean, range: [low, high], largest_jump, before_advances } = figures;
+        Self {
+            steps,
+            mean_n: mean,
+            p10_n: low,
+            p90_n: high,
+            largest_jump_n: largest_jump,
+            before_advances_n: before_advances,
+        }
+    }
 }
 
 /// The force of a grip on the tissue.
@@ -124,8 +155,8 @@ pub(super) struct GripFigures {
     /// Root mean square while it was closed.
     pub rms_n: f64,
     pub peak_n: f64,
-    /// Largest change of the force over a step in which a tip advanced, or the next one; absent where none did between closed jaws.
-    pub largest_jump_n: Option<f64>,
+    /// Absent where no tip advanced in two steps of a grasp.
+    pub while_tearing: Option<WhileTearing>,
 }
 
 /// What was torn.
@@ -325,7 +356,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
 }
 
 fn force_figures((name, force): &(String, glam::DVec3)) -> ForceFigures {
-    ForceFigures { name: name.clone(), force_n: force.to_array(), torque_nmm: None }
+    ForceFigures { name: name.clone(), force_n: force.to_array(), torque_nmm: None, while_tearing: None }
 }
 
 /// Cuts that were refused.
@@ -346,13 +377,15 @@ fn body_figures(instance: &mut Instance, index: usize, body: BodyId, s: &Sources
     let reactions = reactions.map(|(full, force)| {
         let torque = s.last.torques.iter().find(|(name, _)| name == full);
         let torque_nmm = torque.map(|(_, torque)| torque.to_array());
-        ForceFigures { name: plain(full), force_n: force.to_array(), torque_nmm }
+        let name = plain(full);
+        let while_tearing = account.and_then(|account| account.hold_force(&name)).as_ref().map(WhileTearing::of);
+        ForceFigures { name, force_n: force.to_array(), torque_nmm, while_tearing }
     });
     let grips = s.last.grips.get(grips).unwrap_or_default().iter().map(|(full, force)| {
         let (rms_n, peak_n) = s.tally.grip(full);
         let name = plain(full);
-        let largest_jump_n = account.and_then(|account| account.force_jump(&name));
-        GripFigures { name, force_n: force.to_array(), rms_n, peak_n, largest_jump_n }
+        let while_tearing = account.and_then(|account| account.jaws_force(&name)).as_ref().map(WhileTearing::of);
+        GripFigures { name, force_n: force.to_array(), rms_n, peak_n, while_tearing }
     });
     let (reactions, grips) = (reactions.collect(), grips.collect());
     let balance = instance.simulation.energy_balance(body).ok().flatten();

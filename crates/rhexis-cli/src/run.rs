@@ -287,7 +287,9 @@ impl Running<'_> {
             let body = report::body_name(&self.instance, event.body);
             self.tally.add_event(self.last.step, &body, &event.kind);
             self.files.event(self.last.step, &body, event);
-            if let EventKind::Advanced { cost: Some(cost), .. } = event.kind {
+            if let EventKind::Advanced { cost, .. } = event.kind {
+                self.last.advances += 1;
+                let Some(cost) = cost else { continue };
                 let overshoot = self.last.overshoot.get_or_insert(cost.overshoot);
                 *overshoot = overshoot.max(cost.overshoot);
             }

@@ -28,6 +28,8 @@ pub(super) struct Observation {
     pub torn: f64,
     /// Tips alive.
     pub tips: usize,
+    /// Advances of tips in the step.
+    pub advances: u32,
     /// Largest criterion value at a tip.
     pub criterion: f64,
     /// Largest energy released per area of tear at a tip, in its last direction, by the material force \[N/mm\].
@@ -127,6 +129,7 @@ impl Observation {
             "kinetic_mJ",
             "tear_length_mm",
             "tips",
+            "advances",
             "max_criterion",
             "max_release_N_per_mm",
         ];
@@ -158,6 +161,7 @@ impl Observation {
             format!("{:e}", self.kinetic),
             self.torn.to_string(),
             self.tips.to_string(),
+            self.advances.to_string(),
             self.criterion.to_string(),
             format!("{:e}", self.release),
         ];

@@ -2,7 +2,7 @@
 
 use super::account::AccountReport;
 use super::course;
-use super::report::{End, RunReport};
+use super::report::{End, RunReport, WhileTearing};
 
 /// The few lines at the end.
 pub(super) fn summary(report: &RunReport) -> String {
@@ -33,13 +33,12 @@ pub(super) fn summary(report: &RunReport) -> String {
             let [x, y, z] = r.force_n.map(|f| (f * 1e6).round() * 1e-6 + 0.0);
             let torque = r.torque_nmm.map_or(String::new(), |[x, y, z]| format!("; {x:.6}, {y:.6}, {z:.6} N·mm"));
             lines.push(format!("    {}: {x:.6}, {y:.6}, {z:.6} N{torque}", r.name));
+            lines.extend(r.while_tearing.as_ref().map(while_tearing));
         }
         for grip in body.grips.iter().filter(|grip| grip.peak_n > 0.0) {
-            let jump = grip
-                .largest_jump_n
-                .map_or(String::new(), |jump| format!(", changed by up to {:.2} mN at an advance", 1e3 * jump));
             let (rms, peak) = (1e3 * grip.rms_n, 1e3 * grip.peak_n);
-            lines.push(format!("    {}: {rms:.2} mN rms, {peak:.2} mN peak{jump}", grip.name));
+            lines.push(format!("    {}: {rms:.2} mN rms, {peak:.2} mN peak", grip.name));
+            lines.extend(grip.while_tearing.as_ref().map(while_tearing));
         }
         lines.extend(body.course.as_ref().map(course::lines));
         if let Some(tear) = &body.tear {
@@ -70,4 +69,16 @@ pub(super) fn summary(report: &RunReport) -> String {
     lines.extend(report.cuts.iter().filter(|cut| cut.refused.is_none()).map(|cut| format!("  {cut}")));
     lines.extend(report.caveats.iter().map(|caveat| format!("  note: {caveat}")));
     lines.join("\n")
+}
+
+/// The line of a hand's force while it tears.
+fn while_tearing(force: &WhileTearing) -> String {
+    let [mean, low, high, jump, before] =
+        [force.mean_n, force.p10_n, force.p90_n, force.largest_jump_n, force.before_advances_n]
+            .map(|force| 1e3 * force);
+    format!(
+        "      while it tears: mean {mean:.3} mN (10 to 90 % of {} steps: {low:.3} to {high:.3}), {before:.3} before advances, \
+         largest jump {jump:.3}",
+        force.steps
+    )
 }

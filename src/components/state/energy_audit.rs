@@ -7,6 +7,9 @@
 
 use glam::DVec3;
 
+/// Changes of the energy by less than this part of it are rounding: of sums over the triangles.
+const ROUNDING: f64 = 1e-12;
+
 /// Energies of a body \[mJ\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -37,7 +40,7 @@ pub struct EnergyBalance {
     /// contact, with the force that the scheme has put in. Energy stored by springs and contact counts as given back.
     pub work_of_loads: f64,
     /// Elastic and kinetic energy that edits of the mesh have put in at unchanged positions. Splits and openings change
-    /// neither; flips and slides interpolate the state anew.
+    /// neither; flips and slides interpolate the state anew. The elastic energy of edits by tips that glide is in `released`.
     pub edits: Energies,
     /// Change of the elastic and kinetic energy from the start of the audit to now.
     pub stored: Energies,
@@ -58,9 +61,10 @@ pub struct EnergyBalance {
     /// guard takes only a fraction of the answer, or vertices are put back outside an obstacle. Force · displacement; positive is
     /// taken from the body.
     pub unbalanced: f64,
-    /// Work of unbalanced forces that static solves have relaxed: a tear in static mode releases its energy here. From the
-    /// nodal forces at both ends, ½·force·displacement as Rybicki and Kanninen (1977) close a crack, and where nothing else
-    /// has moved on, with the quadrature's correction for forces that do not fall linearly.
+    /// Elastic energy released by tears in static solves and by tips that glide. Static solves relax unbalanced forces: their work
+    /// is ½·force·displacement from the nodal forces at both ends, as Rybicki and Kanninen (1977) close a crack, and where nothing else
+    /// has moved on, with the quadrature's correction for forces that do not fall linearly. Of a glide: the fall of the elastic energy by its
+    /// moves at fixed positions, and the scheme's elastic share of the step in which the field relaxes after them.
     pub released: f64,
 }
 
@@ -186,6 +190,20 @@ pub struct EnergyAudit {
     /// Sums per chunk of triangles.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub(crate) partials: Vec<Shares>,
+    /// *Derived*: how this step counts the energy of tips that glide.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub(crate) glide: GlideShare,
+}
+
+/// The energy of tips that glide, within a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct GlideShare {
+    /// Whether tips of the body glide.
+    pub is_on: bool,
+    /// Whether the step starts with moves after which the field has not relaxed.
+    pub is_relaxing: bool,
+    /// The scheme's elastic share that counts as released \[mJ\].
+    pub relaxed: f64,
 }
 
 /// Contributions of triangles to the terms of a step, all \[mJ\].
@@ -243,11 +261,38 @@ impl EnergyAudit {
         balance
     }
 
-    /// The step that has been carried out stands: a new one begins.
-    pub(crate) fn settle(&mut self) {
+    /// The step that has been carried out stands: a new one begins, whose tips glide or not.
+    pub(crate) fn settle(&mut self, glides: bool) {
         let step = std::mem::take(&mut self.step);
         self.settled.add(&step);
-        self.edits_of_start = Energies::default();
+        let moved = std::mem::take(&mut self.edits_of_start);
+        self.glide = GlideShare { is_on: glides, is_relaxing: glides && moved.elastic != 0.0, relaxed: 0.0 };
+    }
+
+    /// Takes the terms of a dynamic step. While the field relaxes after tips have glided, the scheme's elastic share is released by them.
+    pub(crate) fn note_step(&mut self, mut terms: EnergyBalance) {
+        self.glide.relaxed = 0.0;
+        if self.glide.is_relaxing {
+            self.glide.relaxed = std::mem::take(&mut terms.numerical_elastic);
+            terms.released += self.glide.relaxed;
+        }
+        self.step = terms;
+    }
+
+    /// Energy changes of the step's start and of its end by edits after it.
+    pub(crate) fn note_tear(&mut self, [start, end]: [Energies; 2]) {
+        let is_rounding = |edits: Energies, of: Energies| edits.elastic.abs() < ROUNDING * of.elastic;
+        if self.glide.is_on && is_rounding(start, self.ends[0]) && is_rounding(end, self.ends[1]) {
+            self.edits_of_start = Energies { elastic: 0.0, ..start };
+            self.step.edits = end;
+            return;
+        }
+        self.edits_of_start = start;
+        self.step.edits = end;
+        if self.glide.is_on {
+            self.step.edits.elastic = 0.0;
+            self.step.released = self.glide.relaxed - end.elastic;
+        }
     }
 
     /// Forgets the last equilibrium's loads, which belong to another mesh after a change.
@@ -277,7 +322,11 @@ impl EnergyAudit {
 
     /// The step is redone from its start, or undone: its terms and the edits of its end are void, those of its start count.
     pub(crate) fn void_step(&mut self) {
-        let edits = std::mem::take(&mut self.edits_of_start);
+        let mut edits = std::mem::take(&mut self.edits_of_start);
+        if self.glide.is_on {
+            self.glide.is_relaxing |= edits.elastic != 0.0;
+            self.settled.released -= std::mem::take(&mut edits.elastic);
+        }
         self.note_edits(edits);
         self.step = EnergyBalance::default();
         self.equilibrium = None;

@@ -15,7 +15,7 @@ mod carried;
 use crate::components::{
     Bending, Damping, Drag, Energies, EnergyAudit, Equilibrium, ExternalStiffness, FibreLaws, Forces, Frames, Grips,
     Holds, Increment, Planar, PreStretch, Reactions, Refined, SolveResult, SolverScratch, TearDecisions, TearLog,
-    fibre_law,
+    TearMode, Tearing, fibre_law,
 };
 use crate::event::EventKind;
 use crate::math::FibreLaw;
@@ -79,16 +79,17 @@ fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
 
 /// Lets the last step stand, and measures the energies with which the first one begins, and every one of a mesh that may be
 /// refined before it.
-pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
+pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, Option<&'a Refined>, &'a Vertices, &'a Triangles, &'a Topology),
-        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch, &'a SolveResult),
+        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch, &'a SolveResult, Option<&'a Tearing>),
     );
-    for ((audit, refined, vertices, triangles, topology), (strained, bending, scratch, _)) in world.query_mut::<Query>()
+    for ((audit, refined, vertices, triangles, topology), (strained, bending, scratch, _, tearing)) in
+        world.query_mut::<Query>()
     {
         count += 1;
-        audit.settle();
+        audit.settle(!step.is_static && tearing.is_some_and(|tearing| tearing.mode == TearMode::Glide));
         if audit.initial.is_none() || refined.is_some() {
             let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
             let Vertices { position, velocity, mass, .. } = vertices;
@@ -210,7 +211,8 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
             note_equilibrium(audit, log, step, result.has_converged);
         } else {
             let sums = body.sums(audit, false, |t, _, u, change| body.linearised(t, u, change));
-            audit.step = body.dynamic_terms(audit, &sums, step);
+            let terms = body.dynamic_terms(audit, &sums, step);
+            audit.note_step(terms);
             audit.equilibrium = None;
         }
     }
@@ -231,8 +233,9 @@ pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
         let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
         let Vertices { position, velocity, mass, .. } = vertices;
         let Increment { start, start_velocity, .. } = increment;
-        audit.edits_of_start = sheet.energies(start, start_velocity, mass, &mut scratch.partials) - audit.ends[0];
-        audit.step.edits = sheet.energies(position, velocity, mass, &mut scratch.partials) - audit.ends[1];
+        let ends = [(start, start_velocity), (position, velocity)];
+        let ends = ends.map(|(x, v)| sheet.energies(x, v, mass, &mut scratch.partials));
+        audit.note_tear([ends[0] - audit.ends[0], ends[1] - audit.ends[1]]);
     }
     count
 }

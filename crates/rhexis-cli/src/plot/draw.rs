@@ -23,13 +23,20 @@ const COLOURS: [RGBColor; 7] = [
 pub(crate) struct Curve {
     name: String,
     points: Vec<(f64, f64)>,
+    /// Points that are dotted beside the line.
+    marks: Vec<(f64, f64)>,
 }
 
 impl Curve {
     /// A curve through the finite points of two columns.
     pub(crate) fn new(name: String, x: &[f64], y: &[f64]) -> Self {
         let points = x.iter().copied().zip(y.iter().copied()).filter(|(x, y)| x.is_finite() && y.is_finite());
-        Self { name, points: points.collect() }
+        Self { name, points: points.collect(), marks: Vec::new() }
+    }
+
+    /// The curve with dots on it, at points of its own.
+    pub(crate) fn dotted(self, marks: Vec<(f64, f64)>) -> Self {
+        Self { marks, ..self }
     }
 
     /// Whether it shows anything but zero.
@@ -144,6 +151,8 @@ fn draw<B: DrawingBackend>(
             Style::Points => chart.draw_series(line.map(|point| Circle::new(point, 5, colour.mix(0.7).filled())))?,
         };
         drawn.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 24, y)], colour.stroke_width(4)));
+        let dots = panel.curves[index].marks.iter().copied();
+        chart.draw_series(dots.map(|point| Circle::new(point, 3, colour.filled())))?;
     }
     chart
         .configure_series_labels()

@@ -9,6 +9,8 @@ pub(super) use table::{Table, label};
 use crate::Stop;
 use crate::say::say;
 use clap::Args;
+use glam::DVec3;
+use rhexis_scene::measures::HandForce;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -33,7 +35,8 @@ Examples:
   rhexis plot out/coarse out/fine --y tear_length_mm
   rhexis plot out/fig2-tear --x tear_length_mm --y square/left_x_N
 
-Without --y: forces of holds and grips, energies stacked, tear length, criterion and iterations, each as SVG and PNG.";
+Without --y: forces of holds and grips (dots: before an advance; in the legend: mean while it tears, and before advances), energies
+stacked, tear length, criterion and iterations, each as SVG and PNG.";
 
 /// Draws the plots of some runs.
 pub(super) fn plot(args: &PlotArgs) -> Result<(), Stop> {
@@ -79,7 +82,7 @@ fn usual(tables: &[Table], x: &str) -> Result<Vec<Panel>, Stop> {
     let mut forces = Vec::new();
     for table in tables {
         for (name, lengths) in table.lengths("N") {
-            forces.push(Curve::new(named(tables, table, &name), table.column(x)?, &lengths));
+            forces.push(force(named(tables, table, &name), table, table.column(x)?, &lengths));
         }
     }
     panel("forces", "force [N]", forces, Style::Lines);
@@ -98,6 +101,22 @@ fn usual(tables: &[Table], x: &str) -> Result<Vec<Panel>, Stop> {
     panel("criterion", "largest criterion; above 1 it tears", columns(&["max_criterion"])?, Style::Lines);
     panel("iterations", "iterations of a step", columns(&["iterations"])?, Style::Lines);
     Ok(panels)
+}
+
+/// The curve of a force, with what a hand feels while a tear goes on.
+fn force(name: String, table: &Table, x: &[f64], lengths: &[f64]) -> Curve {
+    let Ok(advances) = table.column("advances") else { return Curve::new(name, x, lengths) };
+    let mut hand = HandForce::default();
+    for (&length, &advances) in lengths.iter().zip(advances) {
+        // Jaws that are open have no force.
+        hand.note((length > 0.0).then_some(DVec3::X * length), advances > 0.0);
+    }
+    let felt = hand.figures().map_or(String::new(), |felt| {
+        format!(": while it tears {:.3} mN, before advances {:.3}", 1e3 * felt.mean, 1e3 * felt.before_advances)
+    });
+    let before = advances.iter().enumerate().skip(1).filter(|(_, advances)| **advances > 0.0).map(|(row, _)| row - 1);
+    let dots = before.filter(|&row| lengths[row] > 0.0).map(|row| (x[row], lengths[row])).collect();
+    Curve::new(name + &felt, x, lengths).dotted(dots)
 }
 
 /// The name of a curve; with the run's where there are several.

@@ -58,3 +58,22 @@ fn what_is_no_run_or_no_column_is_named() {
     let error = words(&refused.stderr);
     assert!(error.contains("no column `tear`") && error.contains("step, time_ms"), "{error}");
 }
+
+#[test]
+fn the_plot_of_forces_tells_the_mean_while_it_tears_and_before_advances() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::create_dir(folder.join("run")).unwrap();
+    let names = "time_ms,iterations,elastic_mJ,kinetic_mJ,tear_length_mm,max_criterion,advances,sheet/hand_x_N,sheet/hand_y_N,sheet/hand_z_N";
+    let forces = [(0.004, 0), (0.001, 1), (0.003, 0), (0.005, 0), (0.001, 1), (0.009, 0)];
+    let rows =
+        forces.iter().enumerate().map(|(row, (force, advances))| format!("{row},1,0,0,0,0,{advances},0,{force},0"));
+    let rows: Vec<String> = std::iter::once(names.to_owned()).chain(rows).collect();
+    std::fs::write(folder.join("run/series.csv"), rows.join("\n")).unwrap();
+    let drawn = rhexis(folder, &["plot", "run"]);
+    assert!(drawn.status.success(), "{}", words(&drawn.stderr));
+    let svg = std::fs::read_to_string(folder.join("run/plots/forces.svg")).unwrap();
+    assert!(svg.contains("sheet/hand: while it tears 3.000 mN, before advances 5.000"), "{svg}");
+    // A dot where each of the two advances was decided.
+    assert_eq!(svg.matches("<circle").count(), 2);
+}

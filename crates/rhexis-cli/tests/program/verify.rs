@@ -56,6 +56,8 @@ cases! {
     tear_trouser "tear-trouser",
     tear_trouser_mesh "tear-trouser-mesh",
     tear_trouser_fibre "tear-trouser-fibre",
+    tear_hand_force "tear-hand-force",
     tear_flap "tear-flap",
+    tear_turn "tear-turn",
     tear_two_points "tear-two-points",
 }

@@ -165,7 +165,13 @@ pub const CASES: &[Case] = &[
     tear("tear-trouser", "the pull that tears trousers, whatever R, stiffness, toughness and step", tear::trouser::run),
     tear("tear-trouser-mesh", "the same on three kinds of mesh and three sizes", tear::trouser::meshes),
     tear("tear-trouser-fibre", "where trousers with fibres tear", tear::trouser::fibres),
+    tear(
+        "tear-hand-force",
+        "the mean pull of trousers whose tips glide, and the work per area torn",
+        tear::hand_force::run,
+    ),
     tear("tear-flap", "a flap folded over and drawn ahead: pull and paths", tear::flap::run),
+    tear("tear-turn", "how much the path of a gliding tip turns from place to place", tear::turn::run),
     tear("tear-two-points", "the pull that tears a sheet between two points", tear::two_points::run),
 ];
 

@@ -14,10 +14,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod hand_force;
 mod opening;
 mod tear_account;
 mod tear_course;
 
+pub use hand_force::{HandForce, HandForceFigures};
 pub use opening::{Axis, Opening};
 pub use tear_account::{AccountFigures, Overshoot, TearAccount, TearSpan};
 pub use tear_course::{CourseFigures, GraspFigures, Outcome, TearCourse};

@@ -1,22 +1,24 @@
 //! The energy account of a body's tears: the fracture work by the toughness, and where the energy that they release goes.
 //!
-//! An advance is made at fixed positions and takes nothing out of the body. Energy set free becomes motion in later steps, which
+//! An advance by a whole triangle is made at fixed positions and takes nothing out of the body. Energy set free becomes motion in later steps, which
 //! damping and the scheme use up. So the toughness's claim, G_c·h·da, is no further term of the balance: it is the part of those that the
-//! tissue would have taken. How far the two are apart shows over the span from one step with advances to the next:
+//! tissue would have taken. Where tips glide, the elastic energy that their moves and the field's relaxation take is a term of the
+//! balance, [`EnergyBalance::released`]. How far the two are apart shows over the span from one step with advances to the next:
 //!
 //! | figure | definition |
 //! |---|---|
 //! | surface energy | Σ G_c·h·da of the advances and starts at the beginning of the span |
 //! | work | of holds, jaws and loads within it |
 //! | released | work and edits less the growth of the elastic energy |
-//! | damping, drag, numerical, other | dissipation of the released energy; the remainder is motion, `kinetic_change` |
+//! | torn | energy taken by tips that glide and by tears in static solves |
+//! | damping, drag, numerical, other | dissipation of the rest; the remainder is motion, `kinetic_change` |
 //!
 //! Over the whole time between the first and the last advance, work per torn area is the cost to the hand. Where the tear is steady, it
 //! is to be compared with the toughness. Elsewhere it is the released energy per torn area, less the energy that the load goes on storing.
 
-use glam::DVec3;
+use super::hand_force::{HandForce, HandForceFigures};
 use hecs::World;
-use rhexis::components::{EnergyBalance, Grips, TearLog};
+use rhexis::components::{EnergyBalance, Grips, Holds, Reactions, TearLog};
 use rhexis::event::{Event, EventKind};
 use rhexis::storage::BodyId;
 
@@ -50,9 +52,14 @@ impl TearSpan {
         balance.work() + balance.edits.elastic + balance.edits.kinetic - balance.stored.elastic
     }
 
-    /// Small terms \[mJ\]: the residual's work, unbalanced energy, energy relaxed by static solves, and the imbalance.
+    /// Elastic energy taken by tips that glide and by tears in static solves \[mJ\]; zero for dynamic tears by whole triangles.
+    pub fn torn(&self) -> f64 {
+        self.balance.released
+    }
+
+    /// Small terms \[mJ\]: the residual's work, unbalanced energy, and the imbalance.
     pub fn other(&self) -> f64 {
-        self.balance.residual + self.balance.unbalanced + self.balance.released + self.balance.imbalance()
+        self.balance.residual + self.balance.unbalanced + self.balance.imbalance()
     }
 
     /// Work per torn area \[N/mm\]: the cost to the hand.
@@ -94,17 +101,6 @@ struct Torn {
     balance: EnergyBalance,
 }
 
-/// The force of jaws, step by step.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-struct Felt {
-    name: String,
-    /// At the end of the last step, where the jaws were closed.
-    last: Option<DVec3>,
-    /// Largest change over a step of an advance.
-    jump: Option<f64>,
-}
-
 /// Follows the tears of one body from its present state on. It must see every step.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -115,9 +111,9 @@ pub struct TearAccount {
     first: Option<Torn>,
     last: Option<Torn>,
     overshoots: Vec<f64>,
-    felt: Vec<Felt>,
-    /// Whether tips have advanced in the step before: the lips part in the one after.
-    has_advanced: bool,
+    /// Forces of holds and of jaws, by name.
+    holds: Vec<(String, HandForce)>,
+    jaws: Vec<(String, HandForce)>,
 }
 
 impl TearAccount {
@@ -131,8 +127,8 @@ impl TearAccount {
             first: None,
             last: None,
             overshoots: Vec::new(),
-            felt: Vec::new(),
-            has_advanced: false,
+            holds: Vec::new(),
+            jaws: Vec::new(),
         }
     }
 
@@ -157,8 +153,7 @@ impl TearAccount {
         self.overshoots.extend(events.iter().filter_map(cost).map(|cost| cost.overshoot));
         let (area, surface_energy) = torn(world, self.body);
         let is_torn = area > self.area;
-        self.note_forces(world, is_torn || self.has_advanced);
-        self.has_advanced = is_torn;
+        self.note_forces(world, is_torn);
         let before =
             (std::mem::replace(&mut self.area, area), std::mem::replace(&mut self.surface_energy, surface_energy));
         let balance = balance.filter(|_| is_torn)?;
@@ -167,10 +162,14 @@ impl TearAccount {
         self.last.replace(now).map(|last| span(&last, &now))
     }
 
-    /// The largest change \[N\] of the force of jaws over a step in which tips have advanced, or the one after it, in which the lips part;
-    /// `None` where the jaws were not closed in two such steps in a row.
-    pub fn force_jump(&self, jaws: &str) -> Option<f64> {
-        self.felt.iter().find(|felt| felt.name == jaws)?.jump
+    /// Force of the hold with this name while tips advance; `None` before there are two steps with advances.
+    pub fn hold_force(&self, name: &str) -> Option<HandForceFigures> {
+        figures(&self.holds, name)
+    }
+
+    /// Force of the jaws with this name while tips advance; `None` where they were not closed from one step with an advance to another.
+    pub fn jaws_force(&self, name: &str) -> Option<HandForceFigures> {
+        figures(&self.jaws, name)
     }
 
     /// The figures up to now.
@@ -183,22 +182,33 @@ impl TearAccount {
         AccountFigures { area: self.area, surface_energy: self.surface_energy, overshoot, span }
     }
 
-    fn note_forces(&mut self, world: &World, counts: bool) {
-        let Ok(grips) = world.get::<&Grips>(self.body.entity()) else { return };
-        for pinch in &grips.pinches {
-            let place = self.felt.iter().position(|felt| felt.name == pinch.name).unwrap_or_else(|| {
-                self.felt.push(Felt { name: pinch.name.clone(), last: None, jump: None });
-                self.felt.len() - 1
-            });
-            let felt = &mut self.felt[place];
-            let force = pinch.is_closed().then_some(pinch.force);
-            if let (true, Some(last), Some(now)) = (counts, felt.last, force) {
-                let jump = last.distance(now);
-                felt.jump = Some(felt.jump.map_or(jump, |largest| largest.max(jump)));
+    fn note_forces(&mut self, world: &World, has_advanced: bool) {
+        let entity = self.body.entity();
+        if let (Ok(holds), Ok(reactions)) = (world.get::<&Holds>(entity), world.get::<&Reactions>(entity)) {
+            for (hold, forces) in holds.groups.iter().zip(&reactions.groups) {
+                hand(&mut self.holds, &hold.name).note(Some(forces.iter().sum()), has_advanced);
             }
-            felt.last = force;
+        }
+        let Ok(grips) = world.get::<&Grips>(entity) else { return };
+        let is_gone = |name: &String| grips.pinches.iter().all(|pinch| pinch.name != *name);
+        self.jaws.iter_mut().filter(|(name, _)| is_gone(name)).for_each(|(_, hand)| hand.note(None, has_advanced));
+        for pinch in &grips.pinches {
+            hand(&mut self.jaws, &pinch.name).note(pinch.is_closed().then_some(pinch.force), has_advanced);
         }
     }
+}
+
+fn figures(hands: &[(String, HandForce)], name: &str) -> Option<HandForceFigures> {
+    hands.iter().find(|(known, _)| known == name)?.1.figures()
+}
+
+/// The hand with a name, a new one where there is none.
+fn hand<'a>(hands: &'a mut Vec<(String, HandForce)>, name: &str) -> &'a mut HandForce {
+    let place = hands.iter().position(|(known, _)| known == name).unwrap_or_else(|| {
+        hands.push((name.to_owned(), HandForce::default()));
+        hands.len() - 1
+    });
+    &mut hands[place].1
 }
 
 /// Area torn by the criterion, and the surface energy claimed for it.

@@ -7,7 +7,7 @@ use rhexis::storage::{BodyId, Topology, Triangles, Vertices, measure::total_mass
 use rhexis_scene::{Instance, Scene};
 
 /// A trouser of 8 × 16 mm, its legs pulled apart across the sheet: each leg takes G_c·h/2.
-const TROUSER: &str = r#"
+pub(crate) const TROUSER: &str = r#"
 [scene]
 name = "trouser"
 [run]

@@ -8,10 +8,12 @@
 mod sheet;
 mod theory;
 
+pub(super) use sheet::Triangles;
+
 use super::super::{Artifacts, Line, Row, Rows, VerifyError};
 use super::steady::{median, steady};
 use glam::DVec2;
-use sheet::{LEGS, LENGTH, THICKNESS, TOUGHNESS, Torn, Triangles, Trouser, WIDTH};
+use sheet::{LEGS, LENGTH, THICKNESS, TOUGHNESS, Torn, Trouser, WIDTH};
 use std::f64::consts::FRAC_PI_2;
 
 /// Of the pull before an advance where the force rises by 3 % in a step or less: half a step's rise, and what a disc of three edges

@@ -36,7 +36,7 @@ pub(super) const TOUGHNESS: f64 = 0.05;
 
 /// How the triangles lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Triangles {
+pub(in crate::verify::tear) enum Triangles {
     /// Cells with alternating diagonals.
     Alternating,
     /// Cells with all diagonals one way: no mirror image of themselves about the tear.
@@ -46,21 +46,27 @@ pub(super) enum Triangles {
 }
 
 impl Triangles {
-    fn mesh(self) -> Result<TriangleMesh, GenerateError> {
-        let half = 0.5 * WIDTH;
-        let [nx, ny] = [WIDTH, LENGTH].map(|side| (side / COARSE) as usize);
+    /// The sheet `[-width / 2, width / 2] × [0, length]` \[mm\] with edges of about so many mm.
+    pub(in crate::verify::tear) fn mesh(
+        self,
+        width: f64,
+        length: f64,
+        edge: f64,
+    ) -> Result<TriangleMesh, GenerateError> {
+        let half = 0.5 * width;
+        let [nx, ny] = [width, length].map(|side| (side / edge) as usize);
         let mut mesh = match self {
-            Self::Alternating => generate::grid(WIDTH, LENGTH, nx, ny)?,
+            Self::Alternating => generate::grid(width, length, nx, ny)?,
             Self::OneWay => {
-                let mut mesh = generate::grid(WIDTH, LENGTH, nx, ny)?;
+                let mut mesh = generate::grid(width, length, nx, ny)?;
                 let cells = (0..ny).flat_map(|j| (0..nx).map(move |i| (j * (nx + 1) + i) as u32));
                 let row = nx as u32 + 1;
                 mesh.triangles = cells.flat_map(|a| [[a, a + 1, a + 1 + row], [a, a + 1 + row, a + row]]).collect();
                 mesh
             }
             Self::Unstructured(seed) => {
-                let corners = [[0.0, 0.0], [WIDTH, 0.0], [WIDTH, LENGTH], [0.0, LENGTH]].map(DVec2::from);
-                generate::unstructured(&corners, COARSE, seed)?
+                let corners = [[0.0, 0.0], [width, 0.0], [width, length], [0.0, length]].map(DVec2::from);
+                generate::unstructured(&corners, edge, seed)?
             }
         };
         mesh.positions.iter_mut().for_each(|p| p.x -= half);
@@ -122,16 +128,20 @@ impl Trouser {
         let toughness = Toughness { along: self.toughness, across: ratio * self.toughness };
         let tearing = Tearing { radius: self.radius, exponent, max_tear_speed: 1.0, ..Tearing::default() };
         let refinement = Refinement { edges_per_radius: self.radius / self.edge, budget: 6.0, ..Refinement::default() };
-        let mut sheet = Membrane::new("sheet", self.triangles.mesh()?, Material::isotropic(self.young, 0.3, THICKNESS))
-            // The tear goes against y.
-            .fibres(Fibres::at_degrees(degrees - 90.0))
-            // Of the same viscosity however stiff.
-            .with(Damping { time: VISCOSITY / self.young })
-            .with(Drag { coefficient: DRAG })
-            .with(Bending::default())
-            .with(tearing)
-            .with(EnergyCriterion::new(toughness))
-            .with(refinement);
+        let mut sheet = Membrane::new(
+            "sheet",
+            self.triangles.mesh(WIDTH, LENGTH, COARSE)?,
+            Material::isotropic(self.young, 0.3, THICKNESS),
+        )
+        // The tear goes against y.
+        .fibres(Fibres::at_degrees(degrees - 90.0))
+        // Of the same viscosity however stiff.
+        .with(Damping { time: VISCOSITY / self.young })
+        .with(Drag { coefficient: DRAG })
+        .with(Bending::default())
+        .with(tearing)
+        .with(EnergyCriterion::new(toughness))
+        .with(refinement);
         for (name, side) in [("left", -1.0), ("right", 1.0)] {
             let curve = Curve::ramp(most, 1.0).unwrap_or_else(|_| Curve::constant(1.0));
             let hold = bodies::hold_along(&sheet, name, [true; 3], curve, |p| is_held(p, side).then_some(way(side)));
