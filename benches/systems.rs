@@ -13,7 +13,7 @@ use glam::DVec3;
 use hecs::World;
 use rhexis::components::{
     Anchor, Contact, Curve, Drag, EdgeLoad, EdgeLoads, Gravity, Grip, Grips, Holds, Increment, Jaws, Obstacle, Path,
-    PointLoad, PointLoads, Pressure, Shape, Springs, TearLog, Tearing,
+    PointLoad, PointLoads, Pressure, Shape, Springs, TearLog, TearMode, Tearing,
 };
 use rhexis::schedule::{STEP, Stage, System};
 use rhexis::settings::Settings;
@@ -91,6 +91,7 @@ fn laden(cells: [usize; 2]) -> (Simulation, BodyId) {
             strength_along_fibres: 1e-4,
             strength_across_fibres: 1e-3,
             max_tear_speed: 10.0,
+            mode: TearMode::Free,
             ..Tearing::default()
         });
     let body = simulation.spawn(body).expect("an admissible body");

@@ -2,7 +2,7 @@
 
 use crate::{Renderer, Result};
 use glam::{DQuat, DVec2, DVec3};
-use rhexis::components::{Changes, Damping, Drag, Fibres, Gravity, Material, Tearing};
+use rhexis::components::{Changes, Damping, Drag, Fibres, Gravity, Material, TearMode, Tearing};
 use rhexis::membrane::Membrane;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{BodyId, TriangleMesh};
@@ -55,6 +55,7 @@ fn spawn(simulation: &mut Simulation, renderer: &mut Renderer, side: usize) -> R
         strength_along_fibres: 0.3,
         may_initiate: true,
         max_tear_speed: 0.5,
+        mode: TearMode::Free,
         ..Tearing::default()
     };
     let sheet = Membrane::new("cloth", mesh, Material { density: 1e-3, ..Material::allard_2009() })

@@ -57,7 +57,7 @@ table! {
         /// Criterion value max c(d) at the last evaluation; the tear advances where it exceeds 1.
         criterion: Vec<f64>,
         /// Length \[mm\] that `max_tear_speed` still allows this tip; negative where the last advance was longer than allowed. Of tips that
-        /// glide the fall of G/G_c per length \[1/mm\].
+        /// glide the fall of G/G_c per length \[1/mm\], negative while they rest.
         advance_budget: Vec<f64>,
         /// Whether the last advance that the criterion asked for was refused.
         is_refused: Vec<bool>,

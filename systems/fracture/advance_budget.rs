@@ -97,14 +97,18 @@ fn is_unsettled(tearing: &Tearing, decisions: &TearDecisions) -> bool {
     })
 }
 
-/// The tips that have been judged, in the order of their rows; with a budget those first that have saved up most, having waited for it.
+/// The tips that have been judged, in the order of their rows; with a budget those first that have saved up most, having waited for it, or, where
+/// tips glide, whose criterion is largest.
 pub fn in_turn<'a>(
-    tips: &Tips,
+    (tips, tearing): (&Tips, &Tearing),
     decisions: &'a [Option<TearDecision>],
     step: &StepContext,
 ) -> SmallVec<[(TipKey, &'a TearDecision); 8]> {
     let judged = tips.keys().iter().zip(decisions).zip(&tips.advance_budget);
-    let judged = judged.filter_map(|((key, decision), saved)| Some((*key, decision.as_ref()?, *saved)));
+    let judged = judged.filter_map(|((key, decision), saved)| {
+        let decision = decision.as_ref()?;
+        Some((*key, decision, if tearing.mode == TearMode::Glide { decision.value } else { *saved }))
+    });
     let mut judged: SmallVec<[(TipKey, &TearDecision, f64); 8]> = judged.collect();
     if step.budget.is_some() {
         // Stable: equal ones stay in the order of their rows.

@@ -3,7 +3,7 @@
 
 use crate::common::{Run, Square, state_bits};
 use glam::DVec3;
-use rhexis::components::{Fibres, Gravity, Hold, Material, Tearing};
+use rhexis::components::{Fibres, Gravity, Hold, Material, TearMode, Tearing};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings};
@@ -47,7 +47,9 @@ fn an_elastic_sheet_steps_alike_in_few_iterations() {
 
 #[test]
 fn a_torn_sheet_tears_alike_across_edits() {
-    let square = Square::new([30, 26], 60.0);
+    let mut square = Square::new([30, 26], 60.0);
+    // By whole triangles, which do not show the last digits of a solve.
+    square.tearing.mode = TearMode::Free;
     let [mut plain, mut factored] =
         [Preconditioner::BlockJacobi, Preconditioner::Cholesky].map(|kind| square.spawn(settings(kind, 1)));
     let (mut few, mut many) = (0, 0);

@@ -30,6 +30,8 @@ fn steered(count: usize, fibre: f64, cone: f64, aside: f64, start: f64) -> Vec<A
     // M(40,40) has edges along all three notches.
     let mut square = Square::new([40, 40], fibre);
     square.tearing.cone = cone.to_radians();
+    // By whole triangles: the first advances turn by all that the cone allows.
+    square.tearing.mode = TearMode::Free;
     // Weak tissue, so that even a narrow cone is left at strains of a few per cent; the directions do not feel a common factor.
     square.tearing.strength_across_fibres *= 0.2;
     square.tearing.strength_along_fibres *= 0.2;

@@ -7,7 +7,7 @@ use common::Square;
 use glam::DVec3;
 use rhexis::components::{
     Bending, ChangeSet, Changes, Contact, Curve, Damping, Drag, EnergyCriterion, Fibres, Gravity, Guide, Hold,
-    HoldGuides, Jaws, Material, Obstacle, Pose, Shape, Sleeping, TearLog, Tearing, Toughness,
+    HoldGuides, Jaws, Material, Obstacle, Pose, Shape, Sleeping, TearLog, TearMode, Tearing, Toughness,
 };
 use rhexis::generate;
 use rhexis::membrane::Membrane;
@@ -68,7 +68,8 @@ fn main() {
     }
     a_fallback_to_the_rotated_tangent_allocates_nothing();
     for energy in [None, Some(EnergyCriterion::new(Toughness { along: 0.01, across: 10.0 }))] {
-        a_tear_seldom_allocates(energy);
+        a_tear_seldom_allocates(energy, TearMode::Free);
+        a_tear_seldom_allocates(energy, TearMode::Glide);
     }
     a_refined_tear_hardly_allocates();
 }
@@ -303,13 +304,15 @@ fn a_fallback_to_the_rotated_tangent_allocates_nothing() {
     assert!(fallbacks > 3 && count == 0, "{count} allocations in {fallbacks} fallbacks");
 }
 
-fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>) {
+fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>, mode: TearMode) {
     let settings = Settings {
         threads: 1,
         advanced: Advanced { preconditioner: Preconditioner::IncompleteCholesky, ..Advanced::default() },
         ..Settings::default()
     };
-    let mut run = Square::new([40, 34], 60.0).spawn(settings);
+    let mut square = Square::new([40, 34], 60.0);
+    square.tearing.mode = mode;
+    let mut run = square.spawn(settings);
     if let Some(energy) = energy {
         run.simulation.world_mut().insert_one(run.body.entity(), energy).unwrap();
     }
@@ -339,6 +342,10 @@ fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>) {
     // lists, where the first triangle is added. After that not even the last advance does, which walks the piece that it frees;
     // but the ring of the energy criterion may be longer than any before.
     let free = advances.iter().filter(|&&count| count == 0).count();
-    assert!(advances.len() > 15 && free + 4 >= advances.len(), "{advances:?}");
-    assert!(advances[0] < 30 && advances[1..].iter().sum::<usize>() <= 6, "{advances:?}");
+    // A tip that glides makes vertices with more triangles than their lists have room for, one in some thirty steps.
+    let rare = if mode == TearMode::Glide { advances.len() / 30 } else { 0 };
+    assert!(advances.len() > 15 && free + 4 + rare >= advances.len(), "{advances:?}");
+    let (first, later) = advances.split_at(if mode == TearMode::Glide { 3 } else { 1 });
+    let [first, later] = [first, later].map(|counts| counts.iter().sum::<usize>());
+    assert!(first < 30 && later <= 6 + 2 * rare, "{advances:?}");
 }

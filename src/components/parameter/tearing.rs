@@ -9,14 +9,14 @@ use std::f64::consts::FRAC_PI_2;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum TearMode {
-    /// In any direction, by splitting triangles.
-    #[default]
+    /// In any direction, by splitting triangles: whole triangles open at once, so that the force of a hand falls and climbs again.
     Free,
     /// Along existing edges; no new triangles.
     Edge,
     /// In any direction, by tips that glide within their triangles: between two edges the force is that of the toughness. Where a tip cannot
     /// glide (rims, junctions, borders of materials, held vertices, static solves) it advances as in free mode. Solves take an incomplete factor
     /// where they would take multigrid.
+    #[default]
     Glide,
 }
 
@@ -40,7 +40,7 @@ pub struct Tearing {
     /// R \[mm\], > 0: the stress at a tip is its average over this disc. A material length; with the strength it implies a
     /// [`toughness`](Self::toughness). Where the mesh has fewer than three edges per R the report says so.
     pub radius: f64,
-    /// Free or edge mode.
+    /// Tips that glide by default.
     pub mode: TearMode,
     /// Fastest advance of a tip \[mm/ms\].
     pub max_tear_speed: f64,
@@ -65,7 +65,7 @@ impl Default for Tearing {
             exponent: 0.5,
             cone: std::f64::consts::FRAC_PI_2,
             radius: 1.5,
-            mode: TearMode::Free,
+            mode: TearMode::Glide,
             max_tear_speed: 0.1,
             may_initiate: false,
             ultimate_stretch: None,

@@ -76,8 +76,12 @@ pub struct TipGlide {
     pub moves: u32,
     /// Length of the last move \[mm\] and G/G_c before it, until a solve has followed.
     pub last: Option<(f64, f64)>,
-    /// G/G_c to which the last step's moves were to lead.
+    /// Whether it moved in the last step.
+    pub is_running: bool,
+    /// G/G_c to which the moves of the last step were to lead.
     pub expected: f64,
+    /// Rise of G/G_c above that in this step, expected of the next one too.
+    pub load: f64,
 }
 
 /// *State.* One decision per tip, in the order of the tips' rows, one for the place where a tear may start, and refusals that are

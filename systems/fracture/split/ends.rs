@@ -76,14 +76,17 @@ impl Tearer<'_> {
         (!part.is_empty()).then_some(part)
     }
 
+    /// Whether two directions of a tip tie, both above its toughness.
+    pub(super) fn is_tie(&self, decision: &TearDecision) -> bool {
+        let is_tie = self.tearing.branch_margin.is_some_and(|most| decision.margin <= most);
+        is_tie && decision.other.is_some() && decision.value * (1.0 - decision.margin) > 1.0
+    }
+
     /// Sends a second tip the other way from a notch where two directions tie ([`branch_margin`]).
     ///
     /// [`branch_margin`]: crate::components::Tearing::branch_margin
     pub(super) fn branch(&mut self, decision: &TearDecision) {
-        let is_tie = self.tearing.branch_margin.is_some_and(|most| decision.margin <= most);
-        let Some(other) = decision.other.filter(|_| is_tie && decision.value * (1.0 - decision.margin) > 1.0) else {
-            return;
-        };
+        let Some(other) = decision.other.filter(|_| self.is_tie(decision)) else { return };
         // The first tear has parted the notch: the other way leads from that of the two corners which has tissue there.
         let leads = |vertex: &u32| {
             let tip = TipChart::new(&self.mesh, *vertex).ok().filter(|tip| !tip.fan.is_closed)?;

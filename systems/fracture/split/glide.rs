@@ -1,7 +1,8 @@
 //! The rule of tips that glide: each goes on as far as brings its energy release back to the toughness.
 //!
-//! With g = G/G_c, its fall κ per length and its rise λ by the load of the last step, expected again, the move is (g + λ − 1)/κ: in the next step
-//! g is 1 without a second solve. Where g − 1 is more than a tolerance, moves and solves alternate; each teaches the fall.
+//! With g = G/G_c, its fall κ per length and its rise λ by the load of the last step, expected again, a tip that runs moves by (g + λ − 1)/κ: in
+//! the next step g is 1 without a second solve. One that rests goes on where g > 1, by (g − 1)/κ. Where g − 1 is more than a tolerance, moves
+//! and solves alternate; each teaches the fall.
 
 use super::Tearer;
 use crate::components::{TearDecision, TearDecisions, TearMode, Tearing, TipGlide};
@@ -10,13 +11,11 @@ use crate::storage::{TipKey, Tips, Vertices};
 
 /// g − 1 up to which a step is not resumed.
 const AT_TOUGHNESS: f64 = 0.04;
-/// Criterion from which on a tip is judged: by the load to come it may have to move before g is 1. With 0.98 tips at steps of 5 ms moved in every
-/// second step, at four fifths of the force.
+/// Criterion from which on a tip that runs is judged: by the load to come it may have to move before g is 1. With 0.98 tips at steps of 5 ms moved
+/// in every second step, at four fifths of the force.
 pub const NEARLY: f64 = 0.95;
 /// Largest rise of g in a step that is expected in the next step as well. Beyond it a step is long beside the edges, and is resumed instead.
 const FORESEEN: f64 = 0.5;
-/// Maximum moves of a tip in a step.
-const MOVES: u32 = 3;
 /// Longest move, in edges.
 const LONGEST: f64 = 0.5;
 /// First guess of the fall of g, per edge. One too large makes moves too short, one too small lets the load expected oscillate.
@@ -41,8 +40,17 @@ pub fn begin_glides(vertices: &Vertices, tips: &Tips, decisions: &mut TearDecisi
     for (row, &tip) in tips.keys().iter().enumerate() {
         let way = vertices.rest_position[tips.vertex[row] as usize].distance(tips.ideal[row]);
         has_moved |= way > 0.0;
-        let expected = tips.criterion[row] * tips.criterion[row] - tips.advance_budget[row] * way;
-        decisions.glides.push(TipGlide { tip, way: 0.0, moves: 0, last: None, expected });
+        let (criterion, fall) = (tips.criterion[row], tips.advance_budget[row]);
+        let expected = criterion * criterion - fall.abs() * way;
+        decisions.glides.push(TipGlide {
+            tip,
+            way: 0.0,
+            moves: 0,
+            last: None,
+            is_running: fall > 0.0,
+            expected,
+            load: 0.0,
+        });
     }
     has_moved
 }
@@ -52,43 +60,70 @@ pub(super) fn is_near(decisions: &TearDecisions) -> bool {
     decisions.tips.iter().flatten().any(|decision| decision.value > NEARLY)
 }
 
-/// Learns the fall of G/G_c at every tip from the last solve, and notes where the tips are.
-pub(super) fn learn(vertices: &Vertices, tips: &mut Tips, decisions: &mut TearDecisions, tearing: &Tearing) {
+/// Learns the fall of G/G_c at every tip from the last solve, and the load of a step from its first; notes where the tips are.
+pub(super) fn learn(
+    vertices: &Vertices,
+    (tips, decisions): (&mut Tips, &mut TearDecisions),
+    tearing: &Tearing,
+    is_resumed: bool,
+) {
     for row in 0..tips.len() {
         tips.ideal[row] = vertices.rest_position[tips.vertex[row] as usize];
         let (Some(Some(decision)), Some(key)) = (decisions.tips.get(row), tips.key(row as u32)) else { continue };
         let (g, edge) = (decision.value * decision.value, tearing.radius / decision.edges_per_radius);
-        // In this mode the column has the fall.
-        let fall = &mut tips.advance_budget[row];
-        if *fall <= 0.0 {
-            *fall = FIRST_FALL / edge;
+        let is_sound = g.is_finite() && edge > 0.0 && edge.is_finite();
+        let known = tips.advance_budget[row];
+        let mut fall = if known == 0.0 { FIRST_FALL / edge } else { known.abs() };
+        if !(is_sound && fall.is_finite()) {
+            continue;
         }
-        let last = decisions.glides.iter_mut().find(|glide| glide.tip == key).and_then(|glide| glide.last.take());
-        if let Some((moved, before)) = last {
-            let seen = ((before - g) / moved).clamp(*fall / SEEN, *fall * SEEN);
-            *fall *= elementary::pow(seen / *fall, LEARNING);
+        if let Some(glide) = decisions.glides.iter_mut().find(|glide| glide.tip == key) {
+            if let Some((moved, before)) = glide.last.take() {
+                let seen = ((before - g) / moved).clamp(fall / SEEN, fall * SEEN);
+                fall *= elementary::pow(seen / fall, LEARNING);
+            }
+            let rise = g - glide.expected;
+            if !is_resumed && (0.0..FORESEEN).contains(&rise) {
+                glide.load = rise;
+            }
         }
-        *fall = fall.clamp(FALLS[0] / edge, FALLS[1] / edge);
+        // In this mode the column has the fall, negative while the tip rests.
+        let is_moving = is_resumed && known > 0.0;
+        fall = fall.clamp(FALLS[0] / edge, FALLS[1] / edge);
+        tips.advance_budget[row] = if is_moving { fall } else { -fall };
     }
 }
 
 impl Tearer<'_> {
+    /// Adds an advance by a whole triangle to the way of a tip that glides.
+    pub(super) fn count_way(&mut self, key: TipKey, length: f64) {
+        if let Some(glide) = self.glides.iter_mut().find(|glide| glide.tip == key) {
+            glide.way += length;
+        }
+    }
+
     /// Lets a tip glide as far as its energy release asks for. False where it is to advance by a whole triangle instead.
     pub(super) fn glide(&mut self, key: TipKey, tip: usize, decision: &TearDecision, dt: f64) -> bool {
         let vertex = self.tips.vertex[tip];
         let edge = self.tearing.radius / decision.edges_per_radius;
         let g = decision.value * decision.value;
         let place = self.glides.iter().position(|glide| glide.tip == key).unwrap_or_else(|| {
-            self.glides.push(TipGlide { tip: key, way: 0.0, moves: 0, last: None, expected: g });
+            let (is_running, expected, load) = (false, g, 0.0);
+            self.glides.push(TipGlide { tip: key, way: 0.0, moves: 0, last: None, is_running, expected, load });
             self.glides.len() - 1
         });
-        let TipGlide { way, moves, expected, .. } = self.glides[place];
-        // The load of a step that is expected again.
-        let load = if moves == 0 && g - expected < FORESEEN { (g - expected).max(0.0) } else { 0.0 };
-        let asked = ((g + load - 1.0) / self.tips.advance_budget[tip]).min(LONGEST * edge);
-        if !(asked > SHORTEST * edge) {
+        let TipGlide { way, moves, is_running, load, .. } = self.glides[place];
+        // A tip that rests goes on at its toughness, whatever is to come; one whose ways tie may branch.
+        let is_running = is_running || moves > 0;
+        let load = if is_running { load } else { 0.0 };
+        let fall = self.tips.advance_budget[tip].abs();
+        let asked = ((g + load - 1.0) / fall).min(LONGEST * edge);
+        if !(asked > SHORTEST * edge) || !is_running && !(g > 1.0) {
             self.tips.is_refused[tip] = false;
             return true;
+        }
+        if self.is_tie(decision) {
+            return !(g > 1.0);
         }
         let length = asked.min(self.tearing.max_tear_speed * dt - way);
         if !(length > 0.0) {
@@ -96,7 +131,7 @@ impl Tearer<'_> {
             return true;
         }
         self.glides[place].moves += 1;
-        self.may_glide_on |= g - 1.0 > AT_TOUGHNESS && moves + 1 < MOVES;
+        self.may_glide_on |= g - 1.0 > AT_TOUGHNESS;
         if !self.followers.leave_free(vertex) {
             return decision.value <= 1.0;
         }
@@ -105,6 +140,7 @@ impl Tearer<'_> {
             .cut_moving(|followers, v| followers.can_spare(v), |cutter| cutter.glide(vertex, direction, length, edge));
         let Ok(advance) = glide else { return decision.value <= 1.0 };
         self.has_glided = true;
+        self.tips.advance_budget[tip] = fall;
         let length = advance.length();
         let glide = &mut self.glides[place];
         (glide.last, glide.way) = (Some((length, g)), way + length);

@@ -50,7 +50,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         let is_gliding = glide::is_gliding(tearing, step.is_static);
         if is_gliding {
-            glide::learn(vertices, tips, decisions, tearing);
+            glide::learn(vertices, (tips, decisions), tearing, step.is_resumed);
         }
         if !decisions.ask() && !(is_gliding && glide::is_near(decisions)) {
             if is_gliding {
@@ -81,7 +81,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             has_glided: false,
             lengthened: 0,
         };
-        for (key, decision) in in_turn(tearer.tips, &decisions.tips, step) {
+        for (key, decision) in in_turn((tearer.tips, tearing), &decisions.tips, step) {
             let advances = (tearer.log.advance_count - advances_before) as usize + tearer.lengthened;
             let and_this = work::of_advances(advances + 1, tearer.mesh.triangles.len());
             if advances > 0 && step.left(result).is_some_and(|left| left < and_this) {
@@ -242,6 +242,7 @@ impl Tearer<'_> {
         match result {
             Ok((advance, ideal)) => {
                 self.record_advance(key, decision, (&advance, thickness, factor), ideal);
+                self.count_way(key, advance.length());
                 self.leave_notch(&advance);
                 self.branch(decision);
             }

@@ -112,7 +112,7 @@ fn a_tear_is_reported_to_its_end() {
     let span = &account["between_advances"];
     let [released, area] = ["released_mj", "torn_area_mm2"].map(|figure| span[figure].as_f64().unwrap());
     assert!(released > 0.0 && area > 0.0 && span["toughness_n_per_mm"].is_null(), "{span}");
-    let gone = ["damping_mj", "drag_mj", "numerical_mj", "other_mj", "kinetic_change_mj"];
+    let gone = ["torn_mj", "damping_mj", "drag_mj", "numerical_mj", "other_mj", "kinetic_change_mj"];
     let gone: f64 = gone.iter().map(|figure| span[figure].as_f64().unwrap()).sum();
     // As the imbalance above, and the motion that edits have put in.
     assert!((gone - released).abs() < 1e-6 * released, "{gone} of {released} mJ");

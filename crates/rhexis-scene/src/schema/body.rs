@@ -209,11 +209,11 @@ pub struct ContactSpec {
 #[serde(rename_all = "snake_case")]
 pub enum TearModeSpec {
     /// In any direction, by splitting triangles.
-    #[default]
     Free,
     /// Along existing edges.
     Edge,
     /// In any direction, by tips that glide within their triangles.
+    #[default]
     Glide,
 }
 
@@ -254,7 +254,7 @@ pub struct TearingSpec {
     pub cone_degrees: f64,
     /// Radius R \[mm\] of the disc over which the stress at a tip is averaged: a property of the tissue, not of the mesh.
     pub radius: f64,
-    /// `"free"` (default), `"edge"` or `"glide"`.
+    /// `"glide"` (default), `"free"` or `"edge"`.
     #[serde(default)]
     pub mode: TearModeSpec,
     /// Fastest advance of a tip \[mm/ms\]. Default 0.1.

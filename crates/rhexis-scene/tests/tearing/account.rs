@@ -3,7 +3,7 @@
 use crate::common::{DT, SIDE, Square};
 use crate::gliding::TROUSER;
 use glam::DVec3;
-use rhexis::components::{EnergyAudit, EnergyCriterion, Grip, Grips, Jaws, Path, TearLog, Toughness};
+use rhexis::components::{EnergyAudit, EnergyCriterion, Grip, Grips, Jaws, Path, TearLog, TearMode, Toughness};
 use rhexis::event::{Event, EventKind, TearCost};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
@@ -74,7 +74,9 @@ impl Torn {
 #[test]
 fn every_advance_claims_its_toughness_and_the_spans_between_account_for_the_work() {
     let toughness = Toughness { along: 0.02, across: 0.02 };
-    let square = Square::isotropic([30, 25]);
+    let mut square = Square::isotropic([30, 25]);
+    // By whole triangles, each with an event and a span of its own.
+    square.tearing.mode = TearMode::Free;
     let mut torn = Torn::new(&square, Some(toughness), Vec::new());
     torn.run();
     let costs = torn.costs();

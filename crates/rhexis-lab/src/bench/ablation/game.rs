@@ -2,7 +2,7 @@
 
 use super::super::BenchError;
 use glam::{DVec2, DVec3};
-use rhexis::components::{Damping, Drag, Fibres, Grasp, Gravity, Jaws, Material, Pose, Slip, Tearing};
+use rhexis::components::{Damping, Drag, Fibres, Grasp, Gravity, Jaws, Material, Pose, Slip, TearMode, Tearing};
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
@@ -54,6 +54,7 @@ impl Game {
             strength_along_fibres: 0.3,
             may_initiate: true,
             max_tear_speed: 0.5,
+            mode: TearMode::Free,
             ..Tearing::default()
         };
         let sheet = Membrane::new("cloth", dome(), Material { density: 1e-3, ..Material::allard_2009() })

@@ -3,7 +3,7 @@
 use crate::verify::{VerifyError, bodies, largest};
 use glam::{DVec2, DVec3};
 use rhexis::components::{
-    Bending, Curve, Damping, Drag, EnergyCriterion, Fibres, Material, Refinement, Tearing, Toughness,
+    Bending, Curve, Damping, Drag, EnergyCriterion, Fibres, Material, Refinement, TearMode, Tearing, Toughness,
 };
 use rhexis::event::EventKind;
 use rhexis::membrane::Membrane;
@@ -126,7 +126,9 @@ impl Trouser {
     fn sheet(&self, most: f64) -> Result<Membrane, VerifyError> {
         let [degrees, ratio, exponent] = self.fibres.unwrap_or([0.0, 1.0, 1.0]);
         let toughness = Toughness { along: self.toughness, across: ratio * self.toughness };
-        let tearing = Tearing { radius: self.radius, exponent, max_tear_speed: 1.0, ..Tearing::default() };
+        // By whole triangles: the pull is that before an advance.
+        let mode = TearMode::Free;
+        let tearing = Tearing { radius: self.radius, exponent, mode, max_tear_speed: 1.0, ..Tearing::default() };
         let refinement = Refinement { edges_per_radius: self.radius / self.edge, budget: 6.0, ..Refinement::default() };
         let mut sheet = Membrane::new(
             "sheet",
