@@ -115,7 +115,9 @@ impl Tearer<'_> {
         let TipGlide { way, moves, is_running, load, .. } = self.glides[place];
         // A tip that rests goes on at its toughness, whatever is to come; one whose ways tie may branch.
         let is_running = is_running || moves > 0;
-        let load = if is_running { load } else { 0.0 };
+        let is_resumed = g - 1.0 > AT_TOUGHNESS;
+        // The step ends with the solve that finds the tip at its toughness: what is to come is left to the move after it.
+        let load = if is_running && !is_resumed { load } else { 0.0 };
         let fall = self.tips.advance_budget[tip].abs();
         let asked = ((g + load - 1.0) / fall).min(LONGEST * edge);
         if !(asked > SHORTEST * edge) || !is_running && !(g > 1.0) {
@@ -131,7 +133,7 @@ impl Tearer<'_> {
             return true;
         }
         self.glides[place].moves += 1;
-        self.may_glide_on |= g - 1.0 > AT_TOUGHNESS;
+        self.may_glide_on |= is_resumed;
         if !self.followers.leave_free(vertex) {
             return decision.value <= 1.0;
         }
