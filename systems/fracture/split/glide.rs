@@ -116,7 +116,7 @@ impl Tearer<'_> {
         // A tip that rests goes on at its toughness, whatever is to come; one whose ways tie may branch.
         let is_running = is_running || moves > 0;
         let is_resumed = g - 1.0 > AT_TOUGHNESS;
-        // The step ends with the solve that finds the tip at its toughness: what is to come is left to the move after it.
+        // The step ends with the solve that finds the tip at its toughness; the move after it foresees the load.
         let load = if is_running && !is_resumed { load } else { 0.0 };
         let fall = self.tips.advance_budget[tip].abs();
         let asked = ((g + load - 1.0) / fall).min(LONGEST * edge);

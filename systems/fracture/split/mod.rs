@@ -52,7 +52,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         if is_gliding {
             glide::learn(vertices, (tips, decisions), tearing, step.is_resumed);
         }
-        if !decisions.ask() && !(is_gliding && glide::is_near(decisions)) {
+        if !(decisions.ask() || is_gliding && glide::is_near(decisions)) {
             if is_gliding {
                 tips.is_refused.fill(false);
             } else {
