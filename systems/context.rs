@@ -265,7 +265,7 @@ impl StepContext {
     }
 
     /// The tangent of a body's next solve. The projected and the weighted one come after a rotated one; and it goes on where an exact one was
-    /// indefinite. A solve that follows a glide has the turning terms that a corrector solve has.
+    /// indefinite. After a glide the first solve takes the weighted tangent of a corrector solve.
     pub fn tangent_of(&self, result: &SolveResult) -> Tangent {
         match self.tangent {
             Tangent::Exact if result.fell_back => Tangent::Projected,

@@ -30,7 +30,7 @@ pub enum RingFault {
     /// The ring meets a boundary that is not the two lips of a straight crack: the rim, another tear, a bend of its own.
     #[error("the ring meets another boundary than a straight crack's lips")]
     OtherBoundary,
-    /// The ring is folded, at rest or now: a triangle's normal is off the ring's by more than 60°.
+    /// The disc is folded, at rest or now: a triangle's normal is off the mean by more than 60°.
     #[error("the ring is folded")]
     Bent,
     /// The field is not a plane crack's: its stress intensities release another energy than the material force.

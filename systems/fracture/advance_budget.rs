@@ -83,7 +83,7 @@ fn will_tear(
         || asking.any(|(tip, decision)| is_acted_on(tip, decision))
 }
 
-/// The criterion from which on a corrector solve is due.
+/// Criterion above which a corrector solve is due.
 fn due(tearing: &Tearing) -> f64 {
     if tearing.mode == TearMode::Glide { NEARLY } else { DUE }
 }
@@ -97,8 +97,8 @@ fn is_unsettled(tearing: &Tearing, decisions: &TearDecisions) -> bool {
     })
 }
 
-/// The tips that have been judged, in the order of their rows; with a budget those first that have saved up most, having waited for it, or, where
-/// tips glide, whose criterion is largest.
+/// Judged tips in the order of their rows. With a work budget the tip with the most advance saved up comes first; of gliding tips that with the
+/// largest criterion.
 pub fn in_turn<'a>(
     (tips, tearing): (&Tips, &Tearing),
     decisions: &'a [Option<TearDecision>],

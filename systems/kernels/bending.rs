@@ -222,8 +222,8 @@ pub fn law_under_shift(
     })
 }
 
-/// How the angles φ of a triangle's mid-edge normals at rest change \[1/mm\] when the rest shape is shifted by q·d, as in
-/// [`law_under_shift`], and its curvature at rest stays: Σ dφₑ·kₑ = −Σ φₑ·dkₑ with the curvatures kₑ of unit angles.
+/// Change \[1/mm\] of the angles φ of a triangle's mid-edge normals at rest when the rest shape is shifted by q·d, as in
+/// [`law_under_shift`], at a fixed curvature at rest: Σ dφₑ·kₑ = −Σ φₑ·dkₑ with the curvatures kₑ of unit angles.
 pub fn angles_under_shift(rest: &RestTriangle, angles: DVec3, (fall, d): (DVec2, DVec2)) -> DVec3 {
     let gradients = rest.all_gradients();
     let opposite = [2, 0, 1];

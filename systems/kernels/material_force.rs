@@ -23,7 +23,7 @@ pub struct Strained {
     pub forces: [DVec3; 3],
 }
 
-/// Least sum of one and the cosine between normals that a rotation is found from.
+/// Least sum of one and the cosine between normals for which there is a smallest rotation.
 const OPPOSITE: f64 = 1e-3;
 
 impl Strained {

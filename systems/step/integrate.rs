@@ -8,7 +8,7 @@ use crate::components::{
 use crate::storage::{Tips, Vertices};
 use crate::systems::context::SECOND_STAGE;
 use crate::systems::forces::hold::{Prescription, mark_axes};
-use crate::systems::fracture::split::{begin_glides, is_gliding};
+use crate::systems::fracture::split::begin_glides;
 use crate::systems::{StepContext, parallel};
 use glam::DVec3;
 
@@ -25,7 +25,8 @@ pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
         result.begin(sleeping.is_some_and(Sleeping::is_asleep));
         if let Some((vertices, tearing, tips, decisions)) = tears {
             decisions.correctors = 0;
-            if is_gliding(tearing, step.is_static) {
+            decisions.glides.clear();
+            if tearing.glides(step.is_static) {
                 result.follows_glide = begin_glides(vertices, tips, decisions);
             }
         }

@@ -151,7 +151,7 @@ fn no_step_under_a_rough_hand_goes_above_its_budget() {
 }
 
 /// A sheet of 1,500 triangles with two notches in its upper edge, 40 steps of being pulled apart; it tears by whole triangles, and tips that wait
-/// save up. Returns what was torn in each, and
+/// save up. Returns the points torn to in each step, and
 /// the triangles that refinement had halved by then.
 fn two_tears(budget: Option<u32>, refinement: Option<Refinement>) -> Vec<(Vec<DVec3>, u32)> {
     let mesh = generate::grid(30.0, 30.0, 30, 25).unwrap();

@@ -20,3 +20,17 @@ mod told;
 mod common;
 #[path = "../meshes/mod.rs"]
 mod meshes;
+
+use rhexis::math::Sym2;
+use rhexis::storage::{Topology, Triangles, Vertices};
+use rhexis::systems::fracture::Surface;
+
+/// Surface of a body without pre-stretch, stiffening fibres and bending.
+fn plain_surface<'a>(
+    vertices: &'a Vertices,
+    triangles: &'a Triangles,
+    topology: &'a Topology,
+    is_planar: bool,
+) -> Surface<'a> {
+    Surface { vertices, triangles, topology, is_planar, unstretched: Sym2::IDENTITY, fibres: None, bending: None }
+}

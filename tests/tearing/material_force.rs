@@ -1,6 +1,7 @@
 //! The material force at tips: the derivative of the discrete energy, the same in any position, on any disc and beside any load, and
 //! J where that is known.
 
+use crate::plain_surface;
 use glam::{DQuat, DVec2, DVec3};
 use rhexis::components::{
     Bending, Curve, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Hold, Material, PointLoad, PointLoads, PreStretch,
@@ -210,7 +211,7 @@ fn curvature_at_rest_stays_where_it_is() {
     let h = 1e-3;
     let wanted = DVec2::from(axes.map(|axis| (energy(axis, -h) - energy(axis, h)) / (2.0 * h * 0.1)));
     println!("{} for {wanted}", force.stored);
-    // The curvature that angles tell of differs from triangle to triangle; without its shift the release is several times too large.
+    // The curvature from angles differs between triangles; without its shift the release is several times too large.
     assert!((force.stored - wanted).length() < 0.3 * wanted.length(), "{} for {wanted}", force.stored);
 }
 
@@ -272,15 +273,7 @@ fn is_the_j_of_a_plane_crack_on_any_disc() {
         world.get::<&Triangles>(torn.body.entity()).unwrap(),
         world.get::<&Topology>(torn.body.entity()).unwrap(),
     );
-    let surface = Surface {
-        vertices: &vertices,
-        triangles: &triangles,
-        topology: &topology,
-        is_planar: false,
-        unstretched: Sym2::IDENTITY,
-        fibres: None,
-        bending: None,
-    };
+    let surface = plain_surface(&vertices, &triangles, &topology, false);
     let tearing = Tearing { radius: 0.5, ..Tearing::default() };
     let energy = EnergyCriterion { ring: 4.0, ..EnergyCriterion::new(Toughness { along: 1.0, across: 1.0 }) };
     let terms = EnergyTerms { tearing: &tearing, energy: &energy };

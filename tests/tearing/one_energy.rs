@@ -1,18 +1,16 @@
 //! One energy at every tip: on flat and curved ground, at small and large strain, on any disc, at either end of a slit.
 
+use crate::plain_surface;
 use glam::{DVec2, DVec3};
 use rhexis::components::{
     Curve, DecidedBy, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Hold, Material, Refinement, Tearing, Toughness,
 };
 use rhexis::generate;
-use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Tips, Topology, TriangleMesh, Triangles, Vertices};
-use rhexis::systems::fracture::{
-    CrackFrame, EnergyTerms, ShiftedDisc, Surface, TipMemory, Walk, energy_decision, field_tip,
-};
+use rhexis::systems::fracture::{CrackFrame, EnergyTerms, ShiftedDisc, TipMemory, Walk, energy_decision, field_tip};
 use std::f64::consts::PI;
 
 /// Side of the plates \[mm\] and Young's modulus \[MPa\].
@@ -72,7 +70,7 @@ fn plate(degrees: f64, seed: u64, tension: f64) -> Torn {
         let vertex = tips.vertex[tip] as usize;
         vertices.position[vertex] - vertices.rest_position[vertex]
     };
-    // Its middle stays where it is: the maps below are about it.
+    // The maps below are about the middle of the slit, which is put back to its place.
     let shift = (moved(0) + moved(1)) * 0.5;
     let tips = (0..tips.len()).map(|tip| (tips.vertex[tip], tips.previous[tip])).collect();
     Torn { mesh, positions: vertices.position.iter().map(|p| *p - shift).collect(), tips, tension }
@@ -87,8 +85,7 @@ struct Found {
 }
 
 impl Torn {
-    /// What every tip releases on a disc of each radius \[mm\], and its kink by the criterion, of the sheet whose rest shape and present shape are
-    /// both placed by a map.
+    /// Energy and kink of every tip on a disc of each radius \[mm\], of the sheet with a map applied to its rest shape and its present shape.
     fn found(&self, radii: &[f64], placed: impl Fn(DVec3) -> DVec3) -> Vec<Vec<Found>> {
         let positions: Vec<DVec3> = self.mesh.positions.iter().map(|p| placed(*p)).collect();
         let along = |c: &[u32; 3]| (positions[c[1] as usize] - positions[c[0] as usize]).normalize();
@@ -105,15 +102,7 @@ impl Torn {
             world.get::<&Triangles>(body.entity()).unwrap(),
             world.get::<&Topology>(body.entity()).unwrap(),
         );
-        let surface = Surface {
-            vertices: &vertices,
-            triangles: &triangles,
-            topology: &topology,
-            is_planar: false,
-            unstretched: Sym2::IDENTITY,
-            fibres: None,
-            bending: None,
-        };
+        let surface = plain_surface(&vertices, &triangles, &topology, false);
         let plate = self.tension * self.tension * PI / YOUNG;
         let tearing = Tearing { radius: RADIUS, ..Tearing::default() };
         let at_tip = |tip: usize, vertex: u32, previous: DVec3| {

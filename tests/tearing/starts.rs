@@ -1,13 +1,13 @@
 //! Starts where a strength and a toughness are given: what a trial says to be released is released, one tear starts where one is due, and
 //! what stays above the strength stays for want of energy.
 
+use crate::plain_surface;
 use glam::{DVec2, DVec3};
 use rhexis::components::{
     Curve, EnergyCriterion, Fibres, Hold, Material, TearDecision, TearLog, TearSite, Tearing, Toughness,
 };
 use rhexis::event::EventKind;
 use rhexis::generate;
-use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
@@ -68,15 +68,7 @@ fn with_surface<T>(simulation: &Simulation, body: BodyId, work: impl FnOnce(&Sur
         world.get::<&Topology>(body.entity()).unwrap(),
         world.get::<&Tearing>(body.entity()).unwrap(),
     );
-    let surface = Surface {
-        vertices: &vertices,
-        triangles: &triangles,
-        topology: &topology,
-        is_planar: true,
-        unstretched: Sym2::IDENTITY,
-        fibres: None,
-        bending: None,
-    };
+    let surface = plain_surface(&vertices, &triangles, &topology, true);
     work(&surface, &tearing)
 }
 

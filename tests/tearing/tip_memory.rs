@@ -1,6 +1,7 @@
 //! What the criterion remembers of a tip's surroundings: right from the start, and the same bits after any edits.
 
 use crate::meshes::{self, Body, Random};
+use crate::plain_surface;
 use glam::{DVec2, DVec3};
 use rhexis::components::Bending;
 use rhexis::math::Sym2;
@@ -11,7 +12,7 @@ use rhexis::systems::kernels::failure::Strength;
 
 fn surface(body: &Body, is_planar: bool) -> Surface<'_> {
     let Body { vertices, triangles, topology } = body;
-    Surface { vertices, triangles, topology, is_planar, unstretched: Sym2::IDENTITY, fibres: None, bending: None }
+    plain_surface(vertices, triangles, topology, is_planar)
 }
 
 fn average(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius: f64) -> Option<DiscAverage> {
@@ -19,7 +20,7 @@ fn average(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius:
     memory.at_tip(&surface(body, false), (tip, vertex), strength, radius).map(|(.., average)| average)
 }
 
-/// The material force and the crack's field, or why there is none, as text: two that are no numbers are then the same.
+/// Material force and crack field or fault as text, in which two NaNs are equal.
 fn energy(memory: &mut TipMemory, surface: &Surface, tip: usize, vertex: u32, radius: f64) -> Option<String> {
     let strength = Strength::new(2.0, 1.0, 0.5).unwrap();
     let (_, disc) = memory.shifted_disc(surface, (tip, vertex), strength, (radius, 2.0 * radius))?;

@@ -340,7 +340,7 @@ fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>, mode: TearMode) {
     println!("allocations in the steps with an advance and the next: {advances:?}");
     // What the step keeps per vertex grows in the first, to where the tables have room from the start; what it keeps per triangle, five
     // lists, where the first triangle is added. After that not even the last advance does, which walks the piece that it frees;
-    // but the ring of the energy criterion may be longer than any before.
+    // but the disc of the energy criterion may be larger than any before.
     let free = advances.iter().filter(|&&count| count == 0).count();
     // A tip that glides makes vertices with more triangles than their lists have room for, one in some thirty steps.
     let rare = if mode == TearMode::Glide { advances.len() / 30 } else { 0 };

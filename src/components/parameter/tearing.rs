@@ -40,7 +40,7 @@ pub struct Tearing {
     /// R \[mm\], > 0: the stress at a tip is its average over this disc. A material length; with the strength it implies a
     /// [`toughness`](Self::toughness). Where the mesh has fewer than three edges per R the report says so.
     pub radius: f64,
-    /// Tips that glide by default.
+    /// Way of an advance through the mesh; tips glide by default.
     pub mode: TearMode,
     /// Fastest advance of a tip \[mm/ms\].
     pub max_tear_speed: f64,
@@ -132,6 +132,11 @@ impl Tearing {
             radius,
             ..Self::default()
         })
+    }
+
+    /// Whether tips glide in a step: a static solve opens whole triangles.
+    pub(crate) fn glides(&self, is_static: bool) -> bool {
+        self.mode == TearMode::Glide && !is_static
     }
 
     /// The toughness that the strengths and R imply in a plate of `law`: at which long cracks along the fibres, and straight

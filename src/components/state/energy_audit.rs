@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-/// Changes of the energy by less than this part of it are rounding: of sums over the triangles.
+/// Relative change of the energy below which it is the rounding of sums over triangles.
 const ROUNDING: f64 = 1e-12;
 
 /// Energies of a body \[mJ\].
@@ -40,7 +40,7 @@ pub struct EnergyBalance {
     /// contact, with the force that the scheme has put in. Energy stored by springs and contact counts as given back.
     pub work_of_loads: f64,
     /// Elastic and kinetic energy that edits of the mesh have put in at unchanged positions. Splits and openings change
-    /// neither; flips and slides interpolate the state anew. The elastic energy of edits by tips that glide is in `released`.
+    /// neither; flips and slides interpolate the state. The elastic energy of edits by tips that glide is in `released`.
     pub edits: Energies,
     /// Change of the elastic and kinetic energy from the start of the audit to now.
     pub stored: Energies,
@@ -261,7 +261,7 @@ impl EnergyAudit {
         balance
     }
 
-    /// The step that has been carried out stands: a new one begins, whose tips glide or not.
+    /// Settles the terms of the last step and begins a new one, whose tips glide or not.
     pub(crate) fn settle(&mut self, glides: bool) {
         let step = std::mem::take(&mut self.step);
         self.settled.add(&step);

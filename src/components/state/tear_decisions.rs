@@ -72,15 +72,13 @@ pub struct TipGlide {
     pub tip: TipKey,
     /// Way in this step \[mm\].
     pub way: f64,
-    /// Number of moves, tried ones included.
-    pub moves: u32,
     /// Length of the last move \[mm\] and G/G_c before it, until a solve has followed.
     pub last: Option<(f64, f64)>,
-    /// Whether it moved in the last step.
+    /// Whether the tip has moved, or was to move, in this step or the last one.
     pub is_running: bool,
-    /// G/G_c to which the moves of the last step were to lead.
+    /// G/G_c expected after the moves of the last step.
     pub expected: f64,
-    /// Rise of G/G_c above that in this step, expected of the next one too.
+    /// Rise of G/G_c above the expected one in this step; the next step is taken to add as much.
     pub load: f64,
 }
 

@@ -3,7 +3,7 @@
 //!
 //! Disc and present surface are unfolded into planes: every triangle is turned into the plane of the mean normal by the smallest rotation.
 //! Displacements are taken from the stress-free shape turned by the mean rotation within that plane. So neither place nor bend of the
-//! sheet matters. The intensities tell how a kink shares the energy release; its amount is the material force's.
+//! sheet matters. The intensities give the share of a kink; the amount of energy is the material force's.
 
 use crate::components::RingFault;
 use crate::math::{CrackTip, Orthotropic, Sym2, elementary};
@@ -15,7 +15,7 @@ use crate::systems::kernels::polar;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// cos 60°: normals farther off the mean are those of a fold, across which the sheet does not act as a plane one.
+/// cos 60°: a normal farther off the mean belongs to a fold, across which the sheet is no plane.
 const COS_FOLDED: f64 = 0.5;
 /// tan 20°: largest slope of a straight crack's lips outside the core, from the line behind the tip.
 const TAN_STRAIGHT: f64 = 0.363_970_234_266_202_4;

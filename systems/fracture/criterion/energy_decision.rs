@@ -1,5 +1,5 @@
-//! The criterion on energy at a tip: the material force is the energy, and the field around the tip, where that is a plane crack's, tells how
-//! a kink shares it.
+//! The criterion on energy at a tip: the material force is the energy; the field of a plane crack around the tip, if there is one, gives the
+//! share of a kink.
 
 use crate::components::{DecidedBy, EnergyCriterion, RingFault, TearDecision, Tearing};
 use crate::math::elementary;
@@ -9,8 +9,8 @@ use crate::systems::fracture::{MaterialForce, Surface, TipMemory, strength};
 use crate::systems::kernels::failure::{self, Strength, TipField, evaluate_pull, evaluate_release};
 use glam::{DVec2, DVec3};
 
-/// Largest deviation of the energy of the crack's field from the material force: a field that is farther off is another one. At strains of
-/// 10 % that of a crack is off by 22 %.
+/// Largest deviation of the energy of a crack's field from the material force. At strains of 10 % a crack's field is off by 22 %
+/// (`tests/tearing/one_energy.rs`).
 const MOST_OFF: f64 = 0.3;
 
 /// Material data by which a body's tips decide.

@@ -103,8 +103,8 @@ impl Node {
         }
     }
 
-    /// The part of the force that does work as the material slides through the surface. Across it there is none; the normal is no better known
-    /// than the tilt of the triangles, so that a slant of that size is none either.
+    /// Tangential part of the force, which does work as the material slides along the surface. The normal is uncertain by the tilt of the
+    /// triangles, so that a slant of that size does no work.
     fn sliding(&self) -> DVec3 {
         let Some(normal) = self.normal.try_normalize() else { return self.force };
         let across = normal.dot(self.force);
@@ -275,7 +275,7 @@ impl ShiftedDisc {
         self.read(surface).map(|(force, _)| force)
     }
 
-    /// The material force and the field of the crack at the current positions, or why there is none; `None` where the force is not finite.
+    /// Material force and crack field at the current positions, or the fault of the field; `None` where the force is not finite.
     pub fn read(&mut self, surface: &Surface) -> Option<(MaterialForce, Result<TipField, RingFault>)> {
         let Self { members, nodes, thickness, folds, field, pack, .. } = self;
         let has_crack = field.begin() && surface.fibres.is_none();

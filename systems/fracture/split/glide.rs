@@ -1,24 +1,24 @@
-//! The rule of tips that glide: each goes on as far as brings its energy release back to the toughness.
+//! The rule of tips that glide: a tip moves by the length that brings its energy release back to the toughness.
 //!
 //! With g = G/G_c, its fall κ per length and its rise λ by the load of the last step, expected again, a tip that runs moves by (g + λ − 1)/κ: in
-//! the next step g is 1 without a second solve. One that rests goes on where g > 1, by (g − 1)/κ. Where g − 1 is more than a tolerance, moves
-//! and solves alternate; each teaches the fall.
+//! the next step g is 1 without a second solve. A resting tip moves where g > 1, by (g − 1)/κ. Where g − 1 is more than a tolerance, moves
+//! and solves alternate, and κ is learnt from every move.
 
 use super::Tearer;
-use crate::components::{TearDecision, TearDecisions, TearMode, Tearing, TipGlide};
+use crate::components::{TearDecision, TearDecisions, Tearing, TipGlide};
 use crate::math::elementary;
 use crate::storage::{TipKey, Tips, Vertices};
 
 /// g − 1 up to which a step is not resumed.
 const AT_TOUGHNESS: f64 = 0.04;
-/// Criterion from which on a tip that runs is judged: by the load to come it may have to move before g is 1. With 0.98 tips at steps of 5 ms moved
-/// in every second step, at four fifths of the force.
+/// Criterion above which a running tip is judged: the load to come may move it before g is 1. With 0.98 tips moved in every second of steps of
+/// 5 ms, at four fifths of the force (`rhexis verify tear-hand-force`).
 pub const NEARLY: f64 = 0.95;
-/// Largest rise of g in a step that is expected in the next step as well. Beyond it a step is long beside the edges, and is resumed instead.
+/// Largest rise of g in a step that is expected in the next step as well. A larger one means a step that is long beside the edges: it is resumed.
 const FORESEEN: f64 = 0.5;
 /// Longest move, in edges.
 const LONGEST: f64 = 0.5;
-/// First guess of the fall of g, per edge. One too large makes moves too short, one too small lets the load expected oscillate.
+/// First guess of the fall of g, per edge. A large guess shortens moves; a small one lets the expected load oscillate.
 const FIRST_FALL: f64 = 3.0;
 /// Exponent with which a fall that was seen counts.
 const LEARNING: f64 = 0.3;
@@ -28,29 +28,15 @@ const SEEN: f64 = 10.0;
 /// Shortest move, in edges.
 const SHORTEST: f64 = 1e-4;
 
-/// Whether tips of a body glide in this step.
-pub fn is_gliding(tearing: &Tearing, is_static: bool) -> bool {
-    tearing.mode == TearMode::Glide && !is_static
-}
-
-/// Lists the tips of a body that glides, each with the g that its last moves were to lead to. Whether one has moved since the last solve.
+/// Lists the gliding tips of a body, each with the g expected of its last moves. Returns whether a tip has moved since the last solve.
 pub fn begin_glides(vertices: &Vertices, tips: &Tips, decisions: &mut TearDecisions) -> bool {
-    decisions.glides.clear();
     let mut has_moved = false;
     for (row, &tip) in tips.keys().iter().enumerate() {
         let way = vertices.rest_position[tips.vertex[row] as usize].distance(tips.ideal[row]);
         has_moved |= way > 0.0;
         let (criterion, fall) = (tips.criterion[row], tips.advance_budget[row]);
         let expected = criterion * criterion - fall.abs() * way;
-        decisions.glides.push(TipGlide {
-            tip,
-            way: 0.0,
-            moves: 0,
-            last: None,
-            is_running: fall > 0.0,
-            expected,
-            load: 0.0,
-        });
+        decisions.glides.push(TipGlide { tip, way: 0.0, last: None, is_running: fall > 0.0, expected, load: 0.0 });
     }
     has_moved
 }
@@ -102,28 +88,28 @@ impl Tearer<'_> {
         }
     }
 
-    /// Lets a tip glide as far as its energy release asks for. False where it is to advance by a whole triangle instead.
+    /// Lets a tip glide by the length for its energy release. Returns false where the tip is to advance by a whole triangle instead.
     pub(super) fn glide(&mut self, key: TipKey, tip: usize, decision: &TearDecision, dt: f64) -> bool {
         let vertex = self.tips.vertex[tip];
         let edge = self.tearing.radius / decision.edges_per_radius;
         let g = decision.value * decision.value;
         let place = self.glides.iter().position(|glide| glide.tip == key).unwrap_or_else(|| {
             let (is_running, expected, load) = (false, g, 0.0);
-            self.glides.push(TipGlide { tip: key, way: 0.0, moves: 0, last: None, is_running, expected, load });
+            self.glides.push(TipGlide { tip: key, way: 0.0, last: None, is_running, expected, load });
             self.glides.len() - 1
         });
-        let TipGlide { way, moves, is_running, load, .. } = self.glides[place];
-        // A tip that rests goes on at its toughness, whatever is to come; one whose ways tie may branch.
-        let is_running = is_running || moves > 0;
-        let is_resumed = g - 1.0 > AT_TOUGHNESS;
+        let TipGlide { way, is_running, load, .. } = self.glides[place];
+        let will_resume = g - 1.0 > AT_TOUGHNESS;
         // The step ends with the solve that finds the tip at its toughness; the move after it foresees the load.
-        let load = if is_running && !is_resumed { load } else { 0.0 };
+        let load = if is_running && !will_resume { load } else { 0.0 };
         let fall = self.tips.advance_budget[tip].abs();
         let asked = ((g + load - 1.0) / fall).min(LONGEST * edge);
+        // A resting tip moves at its toughness, whatever the load to come.
         if !(asked > SHORTEST * edge) || !is_running && !(g > 1.0) {
             self.tips.is_refused[tip] = false;
             return true;
         }
+        // A tip whose ways tie may branch.
         if self.is_tie(decision) {
             return !(g > 1.0);
         }
@@ -132,8 +118,8 @@ impl Tearer<'_> {
             self.note_held_back(key, self.mesh.vertices.rest_position[vertex as usize], decision.value);
             return true;
         }
-        self.glides[place].moves += 1;
-        self.may_glide_on |= is_resumed;
+        self.glides[place].is_running = true;
+        self.may_glide_on |= will_resume;
         if !self.followers.leave_free(vertex) {
             return decision.value <= 1.0;
         }

@@ -6,7 +6,7 @@ mod ends;
 mod glide;
 mod nucleation;
 
-pub use glide::{NEARLY, begin_glides, is_gliding};
+pub use glide::{NEARLY, begin_glides};
 
 use crate::components::{
     EnergyCriterion, PartedBy, Refined, SolveResult, TearDecision, TearDecisions, TearLog, TearMode, Tearing, TipGlide,
@@ -48,7 +48,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             log.note_decisions(&decisions.tips);
             note_blocked_nucleation(decisions, log);
         }
-        let is_gliding = glide::is_gliding(tearing, step.is_static);
+        let is_gliding = tearing.glides(step.is_static);
         if is_gliding {
             glide::learn(vertices, (tips, decisions), tearing, step.is_resumed);
         }

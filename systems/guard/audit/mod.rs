@@ -15,7 +15,7 @@ mod carried;
 use crate::components::{
     Bending, Damping, Drag, Energies, EnergyAudit, Equilibrium, ExternalStiffness, FibreLaws, Forces, Frames, Grips,
     Holds, Increment, Planar, PreStretch, Reactions, Refined, SolveResult, SolverScratch, TearDecisions, TearLog,
-    TearMode, Tearing, fibre_law,
+    Tearing, fibre_law,
 };
 use crate::event::EventKind;
 use crate::math::FibreLaw;
@@ -89,7 +89,7 @@ pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
         world.query_mut::<Query>()
     {
         count += 1;
-        audit.settle(!step.is_static && tearing.is_some_and(|tearing| tearing.mode == TearMode::Glide));
+        audit.settle(tearing.is_some_and(|tearing| tearing.glides(step.is_static)));
         if audit.initial.is_none() || refined.is_some() {
             let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
             let Vertices { position, velocity, mass, .. } = vertices;

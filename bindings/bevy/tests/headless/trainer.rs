@@ -46,7 +46,7 @@ fn start(app: &mut App) {
 const CLOSED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/headless/closed.rec");
 
 #[test]
-#[ignore = "a minute and a half: cargo test --features gizmos -- --ignored a_hand; RHEXIS_UPDATE_GOLDEN=1 keeps the recording"]
+#[ignore = "a minute and a half: cargo test --release -p bevy_rhexis --features gizmos --test headless -- --ignored a_hand; RHEXIS_UPDATE_GOLDEN=1 keeps the recording"]
 fn a_hand_closes_the_tear_and_the_recording_repeats_it() {
     let mut app = trainer();
     app.init_resource::<Closing>().add_systems(Update, play::closing::lead.before(play::hand::follow));

@@ -23,7 +23,7 @@ const COLOURS: [RGBColor; 7] = [
 pub(crate) struct Curve {
     name: String,
     points: Vec<(f64, f64)>,
-    /// Points that are dotted beside the line.
+    /// Dots beside the line.
     marks: Vec<(f64, f64)>,
 }
 
@@ -34,7 +34,7 @@ impl Curve {
         Self { name, points: points.collect(), marks: Vec::new() }
     }
 
-    /// The curve with dots on it, at points of its own.
+    /// Adds dots to the curve.
     pub(crate) fn dotted(self, marks: Vec<(f64, f64)>) -> Self {
         Self { marks, ..self }
     }

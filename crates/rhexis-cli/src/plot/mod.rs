@@ -103,7 +103,7 @@ fn usual(tables: &[Table], x: &str) -> Result<Vec<Panel>, Stop> {
     Ok(panels)
 }
 
-/// The curve of a force, with what a hand feels while a tear goes on.
+/// Curve of a force, with its means over a tear in the legend and a dot before each advance.
 fn force(name: String, table: &Table, x: &[f64], lengths: &[f64]) -> Curve {
     let Ok(advances) = table.column("advances") else { return Curve::new(name, x, lengths) };
     let mut hand = HandForce::default();

@@ -171,7 +171,7 @@ pub const CASES: &[Case] = &[
         tear::hand_force::run,
     ),
     tear("tear-flap", "a flap folded over and drawn ahead: pull and paths", tear::flap::run),
-    tear("tear-turn", "how much the path of a gliding tip turns from place to place", tear::turn::run),
+    tear("tear-turn", "the turn of the path of a gliding tip", tear::turn::run),
     tear("tear-two-points", "the pull that tears a sheet between two points", tear::two_points::run),
 ];
 

@@ -83,7 +83,7 @@ impl HandForce {
     }
 }
 
-/// The value that so large a part of sorted values lies below, one of them; `None` without values.
+/// Quantile of sorted values, one of them; `None` without values.
 fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
     let place = (part * sorted.len().saturating_sub(1) as f64).round() as usize;
     sorted.get(place).copied()
@@ -93,7 +93,7 @@ fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// The force along an axis \[N\] and whether a tip has advanced, step by step; no number where nothing is held.
+    /// Force along an axis \[N\] and whether a tip has advanced, step by step; NaN where nothing is held.
     fn felt(steps: &[(f64, bool)]) -> Option<HandForceFigures> {
         let mut hand = HandForce::default();
         for &(force, has_advanced) in steps {

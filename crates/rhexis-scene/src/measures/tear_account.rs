@@ -202,7 +202,7 @@ fn figures(hands: &[(String, HandForce)], name: &str) -> Option<HandForceFigures
     hands.iter().find(|(known, _)| known == name)?.1.figures()
 }
 
-/// The hand with a name, a new one where there is none.
+/// Hand of this name, added if it is new.
 fn hand<'a>(hands: &'a mut Vec<(String, HandForce)>, name: &str) -> &'a mut HandForce {
     let place = hands.iter().position(|(known, _)| known == name).unwrap_or_else(|| {
         hands.push((name.to_owned(), HandForce::default()));

@@ -214,14 +214,14 @@ fn what_a_gliding_tip_takes_is_the_toughness_of_the_area_and_no_edit() {
         if (8.0..14.5).contains(&log.length) {
             ends.push((log.area, balance));
         }
-        // It closes as that of any other body, over the whole way: sums over a thousand triangles.
+        // The balance closes to the rounding of sums over a thousand triangles.
         assert!(balance.relative_imbalance() < 1e-8, "{balance:?}");
     }
     let (first, last) = (ends[0], ends[ends.len() - 1]);
     let (area, spent) = (last.0 - first.0, last.1.since(&first.1));
     let claimed = 0.1 * area;
     println!("torn {:.4}, damping {:.4}, {spent:?}", spent.released / claimed, spent.damping / claimed);
-    // G is read from a disc of two edges and comes down to G_c + 4 % in a step at the most: some percent in the mean.
+    // G is read from a disc of two edges, and a step ends within 4 % of G_c: a few per cent in the mean.
     assert!((spent.released / claimed - 1.0).abs() < 0.03, "{}", spent.released / claimed);
     assert!(spent.edits.elastic.abs() < 1e-9 * claimed && spent.numerical_elastic.abs() < 0.01 * claimed, "{spent:?}");
     // The hands have paid for the tear and for the damping of the fold that travels, and for nothing else.

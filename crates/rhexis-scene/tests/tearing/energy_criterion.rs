@@ -202,7 +202,7 @@ fn torn(mut square: Square, toughness: Toughness) -> (common::Run, Vec<DecidedBy
 
 #[test]
 fn a_tear_of_an_isotropic_square_runs_through_straight() {
-    // The mesh and the load are symmetric about the middle line, which edges run along. Edits around a tip that glides are not, by a tenth of an edge.
+    // The mesh and the load are symmetric about the middle line, which edges run along. Edits around a gliding tip are not symmetric: a tenth of an edge is allowed.
     for (mode, most) in [(TearMode::Free, 1e-6), (TearMode::Glide, 0.1 * 0.5)] {
         let mut square = Square::isotropic([60, 50]);
         square.tearing.mode = mode;
@@ -211,7 +211,7 @@ fn a_tear_of_an_isotropic_square_runs_through_straight() {
         let by_energy = by.iter().filter(|&&by| by == DecidedBy::Energy).count();
         println!("{} advances, {by_energy} by energy, {off} mm off the middle", by.len());
         assert!(off < most, "{mode:?}: {off}");
-        // The ring meets the far rim over the last 2 of 26 mm.
+        // The disc meets the far rim over the last 2 of 26 mm.
         assert!(by_energy as f64 > 0.85 * by.len() as f64, "{by_energy} of {}", by.len());
     }
 }

@@ -280,6 +280,7 @@ fn any_number_of_threads_gives_the_same_bits() {
             run.step();
         }
         let refined = of(&run);
+        // A cut of 3 mm, and as much torn.
         assert!(run.log().length > 6.0 && refined.removed_count > 100, "{} {refined:?}", run.log().length);
         (state_bits(&run.simulation, run.body), refined.energy_change.to_bits())
     };

@@ -33,7 +33,7 @@ const RADIUS: f64 = 1.0;
 /// Way of a hand at the end, and its time \[mm, ms\]; the tear is through after half of it.
 const WAY: f64 = 40.0;
 const TIME: f64 = 4000.0;
-/// Of the mean force and of the work per area: what discs of two to five edges leave out of G, and a step's load.
+/// Tolerance of the mean force and of the work per area: the error of G on discs of two to five edges, and the load of a step.
 const MEAN: f64 = 0.03;
 /// Steps \[ms\].
 const STEPS: [f64; 5] = [1.0, 2.0, 5.0, 10.0, 20.0];
@@ -55,7 +55,7 @@ const MESHES: [Mesh; 5] = [
     Mesh { name: "refined to 0.2 mm", triangles: Triangles::Unstructured(8), edge: 1.0, refined: Some(0.2) },
 ];
 
-/// What a tear has shown, step by step.
+/// Steps and energy balances of a tear.
 #[derive(Default)]
 struct Torn {
     steps: Vec<Step>,

@@ -1,4 +1,4 @@
-//! How much the path of a gliding tip turns from one place to the next: an isotropic capsule is torn along a smooth curve, by forceps.
+//! Turn of the path of a gliding tip: forceps tear an isotropic capsule along a smooth curve.
 
 use super::super::{Artifacts, Line, Row, Rows, VerifyError};
 use super::square::Square;

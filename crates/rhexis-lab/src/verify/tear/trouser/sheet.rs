@@ -46,7 +46,7 @@ pub(in crate::verify::tear) enum Triangles {
 }
 
 impl Triangles {
-    /// The sheet `[-width / 2, width / 2] × [0, length]` \[mm\] with edges of about so many mm.
+    /// The sheet `[-width / 2, width / 2] × [0, length]` \[mm\] with edges of about `edge` \[mm\].
     pub(in crate::verify::tear) fn mesh(
         self,
         width: f64,
@@ -137,7 +137,7 @@ impl Trouser {
         )
         // The tear goes against y.
         .fibres(Fibres::at_degrees(degrees - 90.0))
-        // Of the same viscosity however stiff.
+        // The viscosity does not depend on the stiffness.
         .with(Damping { time: VISCOSITY / self.young })
         .with(Drag { coefficient: DRAG })
         .with(Bending::default())
