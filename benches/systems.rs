@@ -90,7 +90,6 @@ fn laden(cells: [usize; 2]) -> (Simulation, BodyId) {
         .with(Tearing {
             strength_along_fibres: 1e-4,
             strength_across_fibres: 1e-3,
-            max_tear_speed: 10.0,
             mode: TearMode::Free,
             ..Tearing::default()
         });

@@ -81,9 +81,9 @@ pub struct BodyReport {
     pub any_vertex_projected: bool,
     /// The most vertices in any part of the step that were relaxed locally: the linear solution would have gained energy.
     pub relaxed_vertices: usize,
-    /// Steps since the body was spawned in which `max_tear_speed` held a tear back that was to advance.
+    /// Steps since the body was spawned in which a tear that was to advance waited, no faster than Rayleigh waves.
     pub tear_held_back: u32,
-    /// Largest criterion at a tip that `max_tear_speed` held back; zero before the first.
+    /// Largest criterion at a tip that waited so; zero before the first.
     pub held_back_criterion: f64,
     /// Why the body's step was given up, where it was: its last good state stands, at this time or before.
     pub fault: Option<Fault>,

@@ -54,7 +54,6 @@ fn spawn(simulation: &mut Simulation, renderer: &mut Renderer, side: usize) -> R
         strength_across_fibres: 0.6,
         strength_along_fibres: 0.3,
         may_initiate: true,
-        max_tear_speed: 0.5,
         mode: TearMode::Free,
         ..Tearing::default()
     };

@@ -63,7 +63,7 @@ pub use parameter::obstacle::{Contact, Obstacle, ObstaclePath, Shape};
 pub use parameter::refinement::Refinement;
 pub use parameter::sleeping::Sleeping;
 pub use parameter::springs::{Anchor, Springs};
-pub use parameter::tearing::{InadmissibleToughness, TearMode, Tearing, Toughness};
+pub use parameter::tearing::{InadmissibleToughness, TearMode, TearRate, Tearing, Toughness};
 pub use parameter::turning::{HoldTurns, Turning};
 pub use state::blade::Blade;
 pub use state::energy_audit::{Energies, EnergyAudit, EnergyBalance};

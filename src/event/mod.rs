@@ -226,7 +226,7 @@ pub enum EventKind {
         /// Averaging radius over edge length; should be 3 or more.
         edges_per_radius: f64,
     },
-    /// A tip is to advance and has to wait: `max_tear_speed` lets it go no further in this step. Told once per body; how often and at
+    /// A tip is to advance and has to wait: a tear is no faster than Rayleigh waves. Told once per body; how often and at
     /// which criterion its tips waited is counted ([`TearLog`](crate::components::TearLog)).
     HeldBack {
         /// The tip.

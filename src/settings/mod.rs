@@ -199,7 +199,7 @@ pub struct Settings {
     pub budget: Option<u32>,
     /// Threads; 0 means one per core. The result has the same bits for any number.
     pub threads: usize,
-    /// Maximum re-solves per dynamic step while a tear may still advance by `max_tear_speed`, 8 by default. Each is one more solve and
+    /// Maximum re-solves per dynamic step while a tear may still advance, 8 by default. Each is one more solve and
     /// one more advance per tip; with 0 a tip makes one advance per step.
     pub max_tear_passes: u32,
     /// Position error at which a dynamic solve may stop whatever its residual, as a fraction of the mean edge: the mean over the masses that the

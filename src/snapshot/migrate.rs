@@ -10,7 +10,7 @@ use std::borrow::Cow;
 pub(super) const OLDEST: u16 = 14;
 
 /// Conversions of a body from a version to the next one, from [`OLDEST`] on.
-const STEPS: [fn(Vec<u8>) -> Vec<u8>; (VERSION - OLDEST) as usize] = [with_writer, with_plain_factor];
+const STEPS: [fn(Vec<u8>) -> Vec<u8>; (VERSION - OLDEST) as usize] = [with_writer, as_it_is, as_it_is];
 
 /// A body of this version as one of the present version.
 pub(super) fn to_present(version: u16, body: &[u8]) -> Cow<'_, [u8]> {
@@ -27,7 +27,8 @@ fn with_writer(mut body: Vec<u8>) -> Vec<u8> {
     body
 }
 
-/// 15 to 16: a factor's block has another layout; one of before is passed over where it is read.
-fn with_plain_factor(body: Vec<u8>) -> Vec<u8> {
+/// 15 to 16: a factor's block has another layout; one of before is passed over where it is read. 16 to 17: a tear's mode is followed by its rate;
+/// the largest speed of before is passed over where it is read.
+fn as_it_is(body: Vec<u8>) -> Vec<u8> {
     body
 }

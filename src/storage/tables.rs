@@ -56,7 +56,7 @@ table! {
         ideal: Vec<DVec3>,
         /// Criterion value max c(d) at the last evaluation; the tear advances where it exceeds 1.
         criterion: Vec<f64>,
-        /// Length \[mm\] that `max_tear_speed` still allows this tip; negative where the last advance was longer than allowed. Of tips that
+        /// Length \[mm\] that the speed of waves still allows this tip; negative where the last advance was longer than allowed. Of tips that
         /// glide the fall of G/G_c per length \[1/mm\], negative while they rest.
         advance_budget: Vec<f64>,
         /// Whether the last advance that the criterion asked for was refused.
@@ -66,7 +66,38 @@ table! {
     }
 }
 
+/// Largest relative difference of the materials of two triangles that are alike.
+const ALIKE: f64 = 0.2;
+/// Smallest cosine of the angle between the fibres of two triangles that are alike: 45°.
+const ALONG: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+impl TriangleRow {
+    /// Whether no border of materials runs between two triangles: their values may be taken for those of one smooth field.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        let moduli = |q: Orthotropic| [q.q11, q.q12, q.q22, q.q66];
+        let strains = |e: Sym2| [e.xx, e.yy, e.xy];
+        let close = |x: f64, y: f64| (x - y).abs() <= ALIKE * x.abs().max(y.abs());
+        moduli(self.stiffness).into_iter().zip(moduli(other.stiffness)).all(|(x, y)| close(x, y))
+            && close(self.thickness, other.thickness)
+            && close(self.density, other.density)
+            && close(self.strength, other.strength)
+            && close(self.toughness, other.toughness)
+            && strains(self.pre_stretch).into_iter().zip(strains(other.pre_stretch)).all(|(x, y)| close(x, y))
+            && self.fibre.dot(other.fibre).abs() >= ALONG
+    }
+}
+
 impl Triangles {
+    /// Whether all triangles have one fibre, one material and one pre-stretch.
+    pub fn is_uniform(&self) -> bool {
+        let Self { fibre, stiffness, thickness, density, pre_stretch, strength, toughness, .. } = self;
+        let numbers = [thickness, density, strength, toughness];
+        numbers.iter().all(|column| column.is_uniform())
+            && fibre.is_uniform()
+            && stiffness.is_uniform()
+            && pre_stretch.is_uniform()
+    }
+
     /// The stretch of a triangle that is free of stress, in a body whose own is `unstretched`.
     #[inline]
     pub fn unstretched(&self, triangle: usize, unstretched: Sym2) -> Sym2 {

@@ -22,6 +22,17 @@ const DUE: f64 = 0.97;
 /// Change of G/G_c of a tip by a corrector solve up to which it is at rest.
 const AT_REST: f64 = 0.003;
 
+/// Speed of Rayleigh waves over that of shear waves, at least: that of a Poisson's ratio of zero (Rayleigh 1885).
+const RAYLEIGH: f64 = 0.874;
+
+/// Speed \[mm/ms\] that no tear of a body exceeds: that of Rayleigh waves where they are slowest (Freund 1990, section 4.2).
+pub fn fastest(triangles: &Triangles) -> f64 {
+    let Triangles { stiffness, density, .. } = triangles;
+    let speed_sq = |row: usize| stiffness[row].q66 / density[row];
+    let count = if stiffness.is_uniform() && density.is_uniform() { 1 } else { triangles.len() };
+    RAYLEIGH * (0..count).map(speed_sq).fold(f64::INFINITY, f64::min).sqrt()
+}
+
 /// Advance budget of tips.
 #[derive(Clone, Copy, Debug)]
 pub enum AdvanceBudget {
@@ -35,11 +46,11 @@ pub enum AdvanceBudget {
 
 impl AdvanceBudget {
     /// The advance budget of a step.
-    pub fn new(step: &StepContext, tearing: &Tearing) -> Self {
+    pub fn new(step: &StepContext, triangles: &Triangles) -> Self {
         match *step {
             StepContext { is_static: true, .. } => Self::Unlimited,
             StepContext { is_resumed: true, .. } => Self::Left,
-            _ => Self::New(tearing.max_tear_speed * step.dt),
+            _ => Self::New(fastest(triangles) * step.dt),
         }
     }
 
@@ -63,13 +74,14 @@ fn will_tear(
     step: &StepContext,
 ) -> bool {
     let (vertices, triangles, _) = tables;
-    let budget = AdvanceBudget::new(step, tearing);
+    let budget = AdvanceBudget::new(step, triangles);
     let is_acted_on = |tip: usize, decision: &TearDecision| {
         let way = fan_chart(tables, tips.vertex[tip])
             .and_then(|(_, chart)| chart.exit(chart.to_chart(decision.direction)))
             .map_or(0.0, |exit| exit.distance);
         let is_clear = decision.value > CLEAR_CRITERION;
-        let may_advance = decision.value > due(tearing) && !tips.is_refused[tip];
+        let is_due = decision.value > due(tearing) || is_expected(tips, decisions, tip);
+        let may_advance = is_due && !tips.is_refused[tip];
         let is_clear = is_clear && tearing.mode != TearMode::Glide;
         may_advance && (!is_clear || budget.suffices(budget.of_tip(tips.advance_budget[tip], way), way))
     };
@@ -81,6 +93,12 @@ fn will_tear(
     decisions.nucleation.is_some_and(|(site, _)| !is_refused(site))
         || decisions.ligament_failure.is_some()
         || asking.any(|(tip, decision)| is_acted_on(tip, decision))
+}
+
+/// Whether a gliding tip runs and is expected at its toughness: after edits of the mesh around it the first solve may show much less.
+fn is_expected(tips: &Tips, decisions: &TearDecisions, tip: usize) -> bool {
+    let mut glides = decisions.glides.iter().filter(|glide| glide.is_running && glide.expected > NEARLY * NEARLY);
+    glides.any(|glide| tips.key(tip as u32) == Some(glide.tip))
 }
 
 /// Criterion above which a corrector solve is due.

@@ -12,7 +12,7 @@ mod followers;
 pub mod split;
 pub mod topology;
 
-pub use advance_budget::{AdvanceBudget, advancing, in_turn, may_go_on, unfinished};
+pub use advance_budget::{AdvanceBudget, advancing, fastest, in_turn, may_go_on, unfinished};
 pub use criterion::by_triangle::{factor_of, mean_around};
 pub use criterion::coupled_criterion::{CoupledBuffers, CoupledCriterion};
 pub use criterion::crack_field::CrackFrame;

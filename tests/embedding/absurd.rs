@@ -178,7 +178,6 @@ fn absurd(kind: usize, s: &mut Simulation, actors: [hecs::Entity; 4], way: Way, 
                 exponent: d.number(),
                 cone: d.number(),
                 radius: d.number(),
-                max_tear_speed: d.number(),
                 may_initiate: d.below(2) == 0,
                 ..Tearing::default()
             };

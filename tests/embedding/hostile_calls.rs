@@ -315,7 +315,6 @@ fn parameters_poisoned_after_spawning_are_contained() {
                 exponent: value,
                 cone: value,
                 radius: value,
-                max_tear_speed: value,
                 may_initiate: true,
                 ..*tearing
             };

@@ -101,13 +101,8 @@ fn putting_tissue_outside_a_moving_obstacle_is_a_term_of_its_own() {
     let skin = Membrane::new("skin", generate::disc(15.0, 500).unwrap(), Material::isotropic(1.0, 0.4, 0.2));
     let rim = skin.select(|p| p.length() > 14.99);
     let members = Attached::new(rim.into_iter().map(|row| (row, DVec3::ZERO)));
-    let tearing = Tearing {
-        strength_across_fibres: 0.35,
-        strength_along_fibres: 0.35,
-        may_initiate: true,
-        max_tear_speed: 1.0,
-        ..Tearing::default()
-    };
+    let tearing =
+        Tearing { strength_across_fibres: 0.35, strength_along_fibres: 0.35, may_initiate: true, ..Tearing::default() };
     let skin = skin
         .hold(Hold { name: "rim".into(), members, axes: [true; 3], curve: Curve::constant(0.0) })
         .with(tearing)

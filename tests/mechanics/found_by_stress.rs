@@ -138,7 +138,6 @@ fn a_damped_body_that_goes_forth_and_back_within_a_step_gains_nothing() {
             strength_along_fibres: 1e-4,
             radius: 1.0,
             mode: TearMode::Edge,
-            max_tear_speed: 0.02,
             ..Tearing::default()
         };
         let sheet = Membrane::new("sheet", mesh, stiff_fibres()).fibres(Fibres::at_degrees(30.0));

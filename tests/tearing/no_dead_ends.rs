@@ -74,7 +74,7 @@ fn a_tear_that_hardly_turns_is_its_own_axis_to_the_bit() {
 #[test]
 fn tissue_beyond_its_ultimate_stretch_parts() {
     let torn = |ultimate_stretch: Option<f64>| {
-        let tearing = Tearing { ultimate_stretch, max_tear_speed: 10.0, ..strong(1.0) };
+        let tearing = Tearing { ultimate_stretch, ..strong(1.0) };
         let square = Square { tearing, notches: Vec::new(), ..Square::isotropic([12, 9]) };
         let mut run = square.spawn(one_thread());
         try_until(&mut run, 80, |run| run.log().fragment_count > 0);
@@ -164,9 +164,9 @@ fn a_tear_that_bites_its_own_lip_leaves_a_live_tip() {
     run.assert_sound();
     let log = run.log();
     assert_eq!((log.end_count, log.renewed_count, tips(&run).len()), (1, 1, 1), "{:?}", tips(&run));
-    let advances = log.advance_count;
+    let torn = log.length;
     // So weak that ligaments between the hook and the lip part as well.
-    run.run_until(100, |run| run.log().advance_count > advances + 10);
+    run.run_until(100, |run| run.log().length > torn + square.tearing.radius);
     run.assert_sound();
     assert!(tips(&run).iter().all(|at| at.y < SIDE));
 }

@@ -38,7 +38,6 @@ fn one_factor_for_all_is_the_bodys_own() {
     for way in 0..3 {
         let mut square = Square::isotropic([15, 12]);
         square.tearing.may_initiate = way == 1;
-        square.tearing.max_tear_speed = 1.0;
         let count = 2 * 15 * 12;
         let with_energy = |membrane: Membrane, factor: f64| {
             if way == 2 { membrane.with(EnergyCriterion::new(toughness(factor))) } else { membrane }
@@ -65,8 +64,7 @@ fn seam(p: DVec3) -> bool {
 /// the account is that of what was cut.
 #[test]
 fn a_tear_follows_a_seam_and_children_inherit() {
-    let mut square = Square::isotropic([30, 25]);
-    square.tearing.max_tear_speed = 1.0;
+    let square = Square::isotropic([30, 25]);
     let mesh = generate::grid(SIDE, SIDE, 30, 25).unwrap();
     let is_weak: Vec<bool> = mesh
         .triangles
@@ -102,8 +100,7 @@ fn a_tear_follows_a_seam_and_children_inherit() {
 #[test]
 fn the_account_knows_what_was_cut() {
     let tough = Toughness { along: 0.02, across: 0.02 };
-    let mut square = Square::isotropic([15, 12]);
-    square.tearing.max_tear_speed = 1.0;
+    let square = Square::isotropic([15, 12]);
     let membrane = square.membrane().with(EnergyCriterion::new(tough)).toughnesses(vec![0.3; 2 * 15 * 12]);
     let (simulation, body) = run(membrane, true, 60);
     let log = simulation.world().get::<&TearLog>(body.entity()).unwrap();
@@ -119,8 +116,7 @@ fn the_account_knows_what_was_cut() {
 fn one_pre_stretch_for_all_is_the_bodys_own() {
     let strain = Sym2::new(0.03, 0.05, 0.01);
     for way in 0..3 {
-        let mut square = Square::isotropic([15, 12]);
-        square.tearing.max_tear_speed = 1.0;
+        let square = Square::isotropic([15, 12]);
         let sheet = || {
             let curve = Curve::new(vec![(0.0, 0.0), (1e4, 30.0)]).unwrap();
             let sheet = if way == 1 { square.out_of_plane(curve) } else { square.membrane() };

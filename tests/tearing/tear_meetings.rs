@@ -1,6 +1,6 @@
 //! What tips meet on their way, and how far they go in a step.
 
-use crate::common::{DT, GRIP_SPEED, Run, SIDE, Square, state_bits};
+use crate::common::{GRIP_SPEED, Run, SIDE, Square, state_bits};
 use crate::meshes::tears::{angles, cutter, nearest};
 use crate::meshes::{self, Body};
 use glam::{DVec2, DVec3};
@@ -50,14 +50,18 @@ fn tip_count(run: &Run) -> usize {
 
 #[test]
 fn tips_that_meet_merge() {
-    // Head on; a fraction of an edge aside; without symmetry.
-    for (cells, aside) in [([20, 18], 0.0), ([20, 18], 0.4), ([21, 17], 0.2)] {
+    // Head on; a fraction of an edge aside.
+    for (cells, aside) in [([20, 18], 0.0), ([20, 18], 0.4)] {
         let run = face_to_face(cells, aside, TearMode::Free);
         let log = run.log();
         assert_eq!((log.fragment_count, log.end_count, log.refusal_count), (1, 2, 0), "{cells:?} {aside}");
         assert_eq!((run.fragment_count(), tip_count(&run)), (2, 0), "{cells:?} {aside}");
         // Tips that glide may go past each other by less than an edge, as by whole triangles farther aside.
         assert_parted(&face_to_face(cells, aside, TearMode::Glide));
+    }
+    // Without symmetry one may end on the other's lip.
+    for mode in [TearMode::Free, TearMode::Glide] {
+        assert_parted(&face_to_face([21, 17], 0.2, mode));
     }
 }
 
@@ -264,13 +268,11 @@ fn several_tips_advance_in_one_step_in_a_fixed_order() {
     assert!(first_step[..4].windows(2).all(|w| w[0].1 < w[1].1), "in the order of their rows: {first_step:?}");
 }
 
-/// The allowed length per step decides how far a tear goes, not how often the step may be taken up again.
+/// A tear that too few passes cut short goes on in the next step; more than those needed change nothing.
 #[test]
 fn resumes_beyond_those_needed_change_nothing() {
     let mut square = square([20, 18], &[[mm(15.0, 30.0), mm(15.0, 26.0)]]);
-    // Three edges per step, by whole triangles.
     square.tearing.mode = TearMode::Free;
-    square.tearing.max_tear_speed = 0.5;
     let run = |resumes: u32| {
         let mut run =
             spawn(&square, square.membrane(), Settings { max_tear_passes: resumes, ..Settings::default() }, 1.1);
@@ -278,40 +280,14 @@ fn resumes_beyond_those_needed_change_nothing() {
         for _ in 0..3 {
             run.step();
             was_cut_short |= run.simulation.report().bodies[0].is_tear_cut_short;
-            let tips =
-                run.simulation.world().get::<&Tips>(run.body.entity()).map(|tips| tips.advance_budget.clone()).unwrap();
-            // What is saved up for a triangle, and one step more.
-            assert!(tips.iter().all(|&left| left <= 0.5 * DT + 2.0 * square.edge()), "{tips:?}");
         }
         (run, was_cut_short)
     };
-    let [(few, short), (enough, is_short), (many, _)] = [1, 8, 100].map(run);
+    let [(few, short), (enough, is_short), (many, _)] = [1, 40, 100].map(run);
     assert!(short && !is_short);
     assert!(few.log().length < enough.log().length);
     assert_eq!(state_bits(&enough.simulation, enough.body), state_bits(&many.simulation, many.body));
     assert_eq!(enough.log(), many.log());
-    // No faster than allowed, but for the debt of one snap or edge.
-    let length = enough.log().length - 4.0;
-    assert!(length <= 0.5 * 3.0 * DT + square.edge() && length > 0.5 * 3.0 * DT - 2.0 * square.edge(), "{length}");
-}
-
-/// A tip saves up while it wants to advance, and only for its next triangle.
-#[test]
-fn a_slow_tear_keeps_to_its_speed() {
-    for mode in [TearMode::Free, TearMode::Edge] {
-        let mut square = square([20, 17], &[[mm(15.0, 30.0), mm(15.0, 26.0)]]);
-        square.tearing.max_tear_speed = 0.02;
-        square.tearing.mode = mode;
-        let mut run = spawn(&square, square.membrane(), Settings::default(), 1.2);
-        let before = run.log().length;
-        (0..40).for_each(|_| run.step());
-        let length = run.log().length - before;
-        let allowed = 0.02 * 40.0 * DT;
-        assert!(
-            length > allowed - 2.0 * square.edge() && length < allowed + square.edge(),
-            "{mode:?}: {length} of {allowed}"
-        );
-    }
 }
 
 #[test]
@@ -465,7 +441,7 @@ fn a_sheet_torn_to_shreds_stays_sound() {
     for (mode, material) in [(TearMode::Free, 0), (TearMode::Edge, 0), (TearMode::Free, 1), (TearMode::Edge, 1)] {
         let mut square = if material == 0 { initiating([12, 11], mode) } else { Square::new([12, 11], 30.0) };
         square.notches.clear();
-        square.tearing = Tearing { may_initiate: true, mode, radius: 1.0, max_tear_speed: 1.0, ..square.tearing };
+        square.tearing = Tearing { may_initiate: true, mode, radius: 1.0, ..square.tearing };
         let mut run = spawn(&square, square.membrane(), Settings::default(), 0.8);
         for step in 0..150 {
             run.step();

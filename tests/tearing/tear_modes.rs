@@ -185,7 +185,6 @@ fn uniform_sheet(is_graded: bool) -> (Simulation, BodyId) {
         strength_across_fibres: 0.2,
         strength_along_fibres: 0.2,
         radius: 3.0,
-        max_tear_speed: 10.0,
         ..Tearing::default()
     };
     let thickness = move |p: DVec3| if is_graded && p.distance(THIN) < THIN_RADIUS { 0.06 } else { 0.1 };

@@ -85,7 +85,7 @@
 #define RHEXIS_EVENT_UNDER_RESOLVED 9
 
 /**
- * A tip waits for `max_tear_speed`: `tip`, `at`; `value` is the criterion.
+ * A tip waits, no faster than Rayleigh waves: `tip`, `at`; `value` is the criterion.
  */
 #define RHEXIS_EVENT_HELD_BACK 10
 

@@ -29,7 +29,7 @@ pub const RHEXIS_EVENT_FRAGMENT_FREED: u32 = 7;
 pub const RHEXIS_EVENT_HELD_SHUT: u32 = 8;
 /// The mesh is too coarse at a tip: `tip`, `at`; `value` is edges per averaging radius, to be 3 or more.
 pub const RHEXIS_EVENT_UNDER_RESOLVED: u32 = 9;
-/// A tip waits for `max_tear_speed`: `tip`, `at`; `value` is the criterion.
+/// A tip waits, no faster than Rayleigh waves: `tip`, `at`; `value` is the criterion.
 pub const RHEXIS_EVENT_HELD_BACK: u32 = 10;
 /// A nucleation was blocked by energy: `at`; `value` is the criterion; `length`.
 pub const RHEXIS_EVENT_NUCLEATION_BLOCKED: u32 = 11;

@@ -71,7 +71,7 @@ pub fn text(name: &str, bytes: &[u8], options: &Options) -> Result<String, Strin
     let Options { unit, repair, .. } = options;
     let unit = if scale == 1e-3 { "scale = 1e-3".to_owned() } else { format!("unit = \"{unit}\"") };
     let (thickness, drag) = (rounded(THINNESS * extent), rounded(THINNESS * extent * 0.01));
-    let (radius, speed) = (rounded(RADIUS * edge), rounded(0.1 * edge));
+    let radius = rounded(RADIUS * edge);
     let title = name.rsplit_once('.').map_or(name, |(stem, _)| stem).replace(['"', '\\', '\n', '\r'], "_");
     let path = name.replace(['"', '\\', '\n', '\r'], "_");
     Ok(format!(
@@ -100,7 +100,6 @@ strength_across_fibres = 0.8   # MPa, tearing across them
 exponent = 0.5
 cone_degrees = 90
 radius = {radius}            # mm, one and a half mean edges
-max_tear_speed = {speed}     # mm/ms, one edge per step
 may_initiate = true
 
 [[bodies.holds]]

@@ -57,7 +57,7 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         let Some(tear) = &body.tear else { continue };
         if tear.held_back_criterion > CLEAR {
             list.push(format!(
-                "{}: tears were held back by max_tear_speed in {} step(s), largest criterion {:.3}: raise it or take a smaller run.dt",
+                "{}: tears were held back to the speed of Rayleigh waves in {} step(s), largest criterion {:.3}: a load that is faster than the material's waves",
                 body.name, tear.held_back_steps, tear.held_back_criterion
             ));
         }

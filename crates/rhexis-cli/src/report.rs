@@ -178,7 +178,7 @@ pub(super) struct TearFigures {
     pub by_material_force: Option<u32>,
     /// What decided at tips, one decision per tip and step; absent for a body without an energy criterion.
     pub decisions: Option<DecisionFigures>,
-    /// Steps in which `max_tear_speed` held a tear back that was to advance, and the largest criterion meanwhile.
+    /// Steps in which a tear that was to advance waited, no faster than Rayleigh waves, and the largest criterion meanwhile.
     pub held_back_steps: u32,
     pub held_back_criterion: f64,
     pub ended: u32,

@@ -31,13 +31,8 @@ pub fn tear(mesh: TriangleMesh) -> Result<(), Box<dyn std::error::Error>> {
     let (length, width) = (extent.dot(pull), extent.dot(across));
     println!("{} triangles, {length:.3} × {width:.3} mm", mesh.triangles.len());
 
-    let tearing = Tearing {
-        strength_along_fibres: 0.3,
-        strength_across_fibres: 0.3,
-        radius: width / 20.0,
-        max_tear_speed: width / 1000.0,
-        ..Tearing::default()
-    };
+    let tearing =
+        Tearing { strength_along_fibres: 0.3, strength_across_fibres: 0.3, radius: width / 20.0, ..Tearing::default() };
     let mut body =
         Membrane::new("own mesh", mesh, Material::isotropic(3.0, 0.45, 0.05)).with(tearing).with(Damping { time: 0.1 });
     for (name, way) in [("low end", -pull), ("high end", pull)] {

@@ -8,14 +8,14 @@ use super::mesh_file::MeshFile;
 use super::region::Surface;
 use super::schema::{
     BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
-    TearModeSpec, TearingSpec,
+    TearModeSpec, TearRateSpec, TearingSpec,
 };
 use super::springs::{point_loads, springs};
 use super::{grasp, held, mesh_file, per_triangle, shape};
 use glam::DVec3;
 use rhexis::components::{
     Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Material, PointLoads,
-    PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
+    PreStretch, Pressure, Refinement, Sleeping, TearMode, TearRate, Tearing, Toughness,
 };
 use rhexis::membrane::{BodyError, Membrane};
 use std::collections::BTreeMap;
@@ -236,7 +236,13 @@ fn tearing(spec: &TearingSpec, material: &Material, key: &str) -> Result<Tearing
             TearModeSpec::Edge => TearMode::Edge,
             TearModeSpec::Glide => TearMode::Glide,
         },
-        max_tear_speed: positive(at("max_tear_speed"), spec.max_tear_speed, "mm/ms")?,
+        rate: match spec.rate {
+            Some(TearRateSpec { speed, exponent }) => Some(TearRate {
+                speed: positive(at("rate.speed"), speed, "mm/ms")?,
+                exponent: positive(at("rate.exponent"), exponent, "")?,
+            }),
+            None => None,
+        },
         may_initiate: spec.may_initiate,
         ultimate_stretch,
         branch_margin,

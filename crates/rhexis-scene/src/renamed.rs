@@ -9,8 +9,12 @@ const RENAMED: [(&str, &str); 4] = [
     ("toughness_across", "toughness_across_fibres"),
 ];
 
-/// Remedy for a former key: its present name. `None` for other keys.
+/// Remedy for a former key: its present name, or what stands in its place. `None` for other keys.
 pub(crate) fn remedy(key: &str) -> Option<String> {
+    if key == "max_tear_speed" {
+        let remedy = "leave it out: no tear is faster than Rayleigh waves; a toughness that grows with speed is `rate = { speed = …, exponent = … }`";
+        return Some(remedy.to_owned());
+    }
     let (_, now) = RENAMED.iter().find(|(former, _)| *former == key)?;
     Some(format!("write `{now}`, by the direction of the tear; the value stays"))
 }
@@ -78,6 +82,15 @@ mod tests {
         let text = Document::named("fig2-tear").unwrap().text().replace("strength_along_fibres", "strength_transverse");
         let error = Document::new(text, "torn.toml").scene().unwrap_err();
         assert!(error.position.is_some() && error.hint.contains("`strength_along_fibres`"), "{error}");
+    }
+
+    #[test]
+    fn a_largest_speed_is_refused_with_the_rate_that_stands_in_its_place() {
+        let mut document = Document::named("fig2-tear").unwrap();
+        document.set("bodies.0.tearing.max_tear_speed=0.1").unwrap();
+        let error = document.scene().unwrap_err();
+        assert_eq!(error.what, "there is no `max_tear_speed` here");
+        assert!(error.hint.contains("`rate = {"), "{error}");
     }
 
     #[cfg(feature = "snapshot")]

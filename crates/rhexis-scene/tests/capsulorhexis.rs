@@ -109,7 +109,9 @@ fn the_tear_follows_the_circle_and_closes() {
 
 #[test]
 fn every_advance_takes_the_toughness_of_the_scene() {
-    let (figures, events) = run(&mut instance("capsulorhexis", &sets(&COARSE)));
+    let [fewer, budget] = COARSE;
+    let gliding = sets(&[fewer, budget, "bodies.0.tearing.mode=\"glide\""]);
+    let (figures, events) = run(&mut instance("capsulorhexis", &gliding));
     let mut releases: Vec<f64> = events
         .iter()
         .filter_map(|event| match event.kind {
@@ -119,10 +121,10 @@ fn every_advance_takes_the_toughness_of_the_scene() {
         .collect();
     releases.sort_by(f64::total_cmp);
     let share = |part: f64| releases[(part * releases.len() as f64) as usize];
-    // Energy over toughness before an advance: at 5 ms 1.05 in the median, at 10 ms 1.07, as the release grows by a tenth in a step
-    // of this hand.
-    assert!(releases.len() > 100 && releases[0] >= 1.0, "{}", row(&figures));
-    assert!(share(0.5) < 1.1 && share(0.9) < 1.25, "{} {}", share(0.5), share(0.9));
+    // Energy over toughness before a move, the first of a step. A tip that runs moves from 0.95² on, by the load that it expects of the next
+    // step; the hand loads it by some per cent a step.
+    assert!(releases.len() > 100 && releases[0] >= 0.9, "{}", row(&figures));
+    assert!((0.98..1.05).contains(&share(0.5)) && share(0.9) < 1.1, "{} {}", share(0.5), share(0.9));
     // By the hands of experts 9 mN RMS were measured, by those of novices 17.
     assert!((7e-3..=12e-3).contains(&figures.force_rms), "{}", row(&figures));
 }

@@ -18,6 +18,8 @@ pub(super) mod material;
 pub(super) mod obstacle;
 pub(super) mod obstacle_check;
 pub(super) mod refinement;
+#[cfg(feature = "snapshot")]
+mod saved_tearing;
 pub(super) mod sleeping;
 pub(super) mod solid;
 pub(super) mod springs;

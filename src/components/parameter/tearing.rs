@@ -2,8 +2,25 @@
 
 use crate::components::BodyError;
 use crate::components::check::{Check, Host, number, positive};
-use crate::math::{CrackTip, Orthotropic};
+use crate::math::{CrackTip, Orthotropic, elementary};
 use std::f64::consts::FRAC_PI_2;
+
+/// Growth of the toughness with the speed v of a tear: G_c·(1 + (v/v₀)ⁿ). Tips that glide follow it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct TearRate {
+    /// v₀ \[mm/ms\], > 0: the speed at which the toughness has doubled.
+    pub speed: f64,
+    /// n, > 0.
+    pub exponent: f64,
+}
+
+impl TearRate {
+    /// (v/v₀)ⁿ: part of the toughness that a way \[mm\] in a time \[ms\] adds to it.
+    pub(crate) fn added(self, way: f64, time: f64) -> f64 {
+        elementary::pow(way / (self.speed * time), self.exponent)
+    }
+}
 
 /// How a tear advances through the mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,9 +42,8 @@ pub enum TearMode {
 /// Give strengths where the stress at failure was measured and R is known as a length of the tissue (spacing of its fibres, size
 /// of its defects). Where the energy of a long tear was measured, start from
 /// [`from_toughness`](Self::from_toughness). Strength, R and toughness are tied: two of them imply the third, see
-/// [`toughness`](Self::toughness).
+/// [`toughness`](Self::toughness). No tear is faster than Rayleigh waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tearing {
     /// Strength against tearing across the fibres σ̄_F \[MPa\], > 0.
     pub strength_across_fibres: f64,
@@ -42,8 +58,8 @@ pub struct Tearing {
     pub radius: f64,
     /// Way of an advance through the mesh; tips glide by default.
     pub mode: TearMode,
-    /// Fastest advance of a tip \[mm/ms\].
-    pub max_tear_speed: f64,
+    /// Growth of the toughness with speed; `None` for one that is the same at any.
+    pub rate: Option<TearRate>,
     /// Whether tears may start where nothing was cut, inside the tissue and at its boundary. At most one starts per body and pass
     /// of the step, at least 2R from every tip and from every vertex that a hold or a closed grip holds. Failure at a clamp is not
     /// modelled: the stress there is the clamp's, and singular at its corners; cut a notch where a tear is wanted. With an
@@ -66,7 +82,7 @@ impl Default for Tearing {
             cone: std::f64::consts::FRAC_PI_2,
             radius: 1.5,
             mode: TearMode::Glide,
-            max_tear_speed: 0.1,
+            rate: None,
             may_initiate: false,
             ultimate_stretch: None,
             branch_margin: None,
@@ -157,9 +173,10 @@ impl Check for Tearing {
             ("exponent", self.exponent),
             ("cone", self.cone),
             ("radius", self.radius),
-            ("max_tear_speed", self.max_tear_speed),
         ];
-        numbers.into_iter().try_for_each(|(what, value)| positive("Tearing", what, value))?;
+        let rate = self.rate.map(|rate| [("rate.speed", rate.speed), ("rate.exponent", rate.exponent)]);
+        let mut numbers = numbers.into_iter().chain(rate.into_iter().flatten());
+        numbers.try_for_each(|(what, value)| positive("Tearing", what, value))?;
         if let Some(stretch) = self.ultimate_stretch {
             let is_right = stretch > 1.0 && stretch.is_finite();
             number("Tearing", "ultimate_stretch", stretch, (is_right, "it must be finite and above 1"))?;

@@ -29,7 +29,7 @@ pub struct TearLog {
     pub energy_decision_count: u64,
     /// Decisions at tips by the material force, one per tip and step, by the reason in the order of [`RingFault::ALL`].
     pub force_decision_counts: [u64; RingFault::ALL.len()],
-    /// Steps in which a tip that was to advance had to wait, because `max_tear_speed` let it go no further.
+    /// Steps in which a tip that was to advance had to wait, because a tear is no faster than Rayleigh waves.
     pub held_back_count: u32,
     /// Largest criterion at a tip that had to wait.
     pub held_back_criterion: f64,

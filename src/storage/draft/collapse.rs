@@ -5,15 +5,15 @@
 //! vertex inside may go anywhere within its fan: the shape stays, on flat sheets exactly. One on the boundary takes the boundary
 //! along, so it must lie on the straight line between its neighbours there.
 //!
-//! The triangles that stay keep fibre, stiffness and thickness; the mass of those that vanish goes to them as density where
-//! it does not come along with the area. They are strained anew, so the elastic energy changes: the caller judges by how much.
+//! The triangles that stay take the values that their fields have at their new centroids; the mass of those that vanish goes to them as
+//! density where it does not come along with the area. They are strained anew, so the elastic energy changes: the caller judges by how much.
 
 use super::{
-    Draft, are_vertices, beside_on_boundary, checked_rest, current_of, keep_mass, normal, rest_of, same_side,
+    Draft, are_vertices, beside_on_boundary, checked_rest, current_of, field, keep_mass, normal, rest_of, same_side,
     triangle_mass,
 };
 use crate::storage::measure::rest_corners;
-use crate::storage::{Mesh, NONE, Refusal};
+use crate::storage::{Mesh, NONE, Refusal, TriangleRow};
 
 /// Largest distance of a boundary vertex from the line between its neighbours on the boundary, relative to theirs: that
 /// left by splits and openings of a straight edge is six orders of magnitude below.
@@ -41,6 +41,7 @@ pub(super) fn collapse(mesh: &Mesh<'_>, vertex: u32, into: u32) -> Result<Draft,
         }
         triangle.corners[(entry % 3) as usize] = into;
         let rest = rest_corners(mesh.vertices, triangle.corners);
+        triangle = TriangleRow { corners: triangle.corners, ..field::at_point(mesh, row, field::centroid(rest)) };
         triangle.rest = checked_rest(row, rest, triangle.fibre, normal(rest_of(mesh, row)), old.clone())?;
         let now = triangle.corners.map(|c| mesh.vertices.position[c as usize]);
         if !same_side(normal(now), normal(current_of(mesh, row))) {

@@ -1,15 +1,12 @@
 //! Replacing an edge by the other diagonal.
 //!
-//! The two new triangles overlap both old ones, so where those differ in material, both take the area-weighted mean;
-//! where they agree, the value is kept bit for bit.
+//! The two new triangles overlap both old ones: each takes the area-weighted mean of the values that the fields of both have at its centroid.
 
 use super::{
-    Draft, SmallVec, checked_rest, current_of, edge_sides, keep_mass, normal, rest_of, same_side, triangle_mass,
+    Draft, SmallVec, checked_rest, current_of, edge_sides, field, keep_mass, normal, rest_of, same_side, triangle_mass,
 };
-use crate::math::Orthotropic;
 use crate::storage::measure::rest_corners;
 use crate::storage::{Mesh, Refusal, TriangleRow};
-use std::ops::{Add, Mul};
 
 pub(super) fn flip(mesh: &Mesh<'_>, triangle: u32, edge: usize) -> Result<Draft, Refusal> {
     let sides = edge_sides(mesh, triangle, edge)?;
@@ -23,11 +20,14 @@ pub(super) fn flip(mesh: &Mesh<'_>, triangle: u32, edge: usize) -> Result<Draft,
     }
 
     let (a, b) = (mesh.triangles.at(triangle), mesh.triangles.at(other));
-    let blended = blend(&a, &b);
-    let (mut first, mut second) = (blended, blended);
-    (first.corners, second.corners) = (a.corners, b.corners);
-    first.corners[(edge + 1) % 3] = far;
-    second.corners[(back + 1) % 3] = sides.opposite;
+    let share = b.rest.area / (a.rest.area + b.rest.area);
+    let turned = |mut corners: [u32; 3], edge: usize, far: u32| {
+        corners[(edge + 1) % 3] = far;
+        let point = field::centroid(rest_corners(mesh.vertices, corners));
+        let [a, b] = [triangle, other].map(|row| field::at_point(mesh, row, point));
+        TriangleRow { corners, ..field::mean(&a, &b, share) }
+    };
+    let (mut first, mut second) = (turned(a.corners, edge, far), turned(b.corners, back, sides.opposite));
 
     let (rest_a, rest_b) = (rest_of(mesh, triangle), rest_of(mesh, other));
     let old_normal = normal(rest_a) + normal(rest_b);
@@ -44,31 +44,4 @@ pub(super) fn flip(mesh: &Mesh<'_>, triangle: u32, edge: usize) -> Result<Draft,
     changed.sort_unstable_by_key(|&(t, _)| t);
     keep_mass(&mut changed, triangle_mass(&a) + triangle_mass(&b));
     Ok(Draft { changed, shifts_momentum: true, ..Draft::default() })
-}
-
-fn blend(a: &TriangleRow, b: &TriangleRow) -> TriangleRow {
-    let share = b.rest.area / (a.rest.area + b.rest.area);
-    // A fibre is an axis: of ±b the one nearer to a is meant, so the mean cannot vanish.
-    let b_fibre = if a.fibre.dot(b.fibre) < 0.0 { -b.fibre } else { b.fibre };
-    let fibre = if a.fibre == b_fibre { a.fibre } else { (a.fibre * (1.0 - share) + b_fibre * share).normalize() };
-    let (p, q) = (a.stiffness, b.stiffness);
-    TriangleRow {
-        fibre,
-        stiffness: Orthotropic {
-            q11: mean(p.q11, q.q11, share),
-            q12: mean(p.q12, q.q12, share),
-            q22: mean(p.q22, q.q22, share),
-            q66: mean(p.q66, q.q66, share),
-        },
-        thickness: mean(a.thickness, b.thickness, share),
-        density: mean(a.density, b.density, share),
-        pre_stretch: mean(a.pre_stretch, b.pre_stretch, share),
-        strength: mean(a.strength, b.strength, share),
-        toughness: mean(a.toughness, b.toughness, share),
-        ..*a
-    }
-}
-
-fn mean<T: PartialEq + Add<Output = T> + Mul<f64, Output = T>>(a: T, b: T, share: f64) -> T {
-    if a == b { a } else { a * (1.0 - share) + b * share }
 }

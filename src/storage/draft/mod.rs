@@ -1,6 +1,7 @@
 //! Drafts: the effect of an edit, computed from the mesh without touching it. Whatever can be refused is refused here.
 
 mod collapse;
+mod field;
 mod flip;
 mod open;
 mod slide;

@@ -4,8 +4,8 @@
 //! that it takes from the other, so that area and outline stay.
 
 use super::{
-    Draft, are_vertices, beside_on_boundary, checked_rest, corner_positions, corners_at, current_of, keep_mass, normal,
-    open_interval, rest_of, same_side, sum_to_one, triangle_mass,
+    Draft, are_vertices, beside_on_boundary, checked_rest, corner_positions, corners_at, current_of, field, keep_mass,
+    normal, open_interval, rest_of, same_side, sum_to_one, triangle_mass,
 };
 use crate::storage::measure::rest_corners;
 use crate::storage::{Mesh, Parents, Refusal, VertexRow};
@@ -61,9 +61,10 @@ fn moved(mesh: &Mesh<'_>, vertex: u32, parents: Parents) -> Result<Draft, Refusa
     let old = around.iter().map(|&e| rest_of(mesh, e / 3));
     for &entry in around {
         let row = entry / 3;
-        let mut triangle = mesh.triangles.at(row);
-        mass += triangle_mass(&triangle);
-        let (rest, now) = corner_positions(mesh, triangle.corners, vertex, &moved);
+        let old_row = mesh.triangles.at(row);
+        mass += triangle_mass(&old_row);
+        let (rest, now) = corner_positions(mesh, old_row.corners, vertex, &moved);
+        let mut triangle = field::at_point(mesh, row, field::centroid(rest));
         triangle.rest = checked_rest(row, rest, triangle.fibre, normal(rest_of(mesh, row)), old.clone())?;
         if !same_side(normal(now), normal(current_of(mesh, row))) {
             return Err(Refusal::WouldInvert { triangle: row });

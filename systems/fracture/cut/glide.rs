@@ -3,7 +3,7 @@
 //! The field ahead stays as it is and topology changes only now and then: lips that have grown long are halved, a vertex near ahead is
 //! collapsed into the tip, poor angles are flipped away.
 
-use super::relax::{are_alike, is_flat, may_slide};
+use super::relax::{is_flat, may_slide};
 use crate::event::Course;
 use crate::math::SmallestAngle;
 use crate::storage::{Edit, NONE};
@@ -90,7 +90,7 @@ impl Cutter<'_, '_> {
         let is_near_rim = across == NONE && exit.distance - moved < RIM * edge;
         // Over a border of materials their values would smear.
         let own = self.mesh.triangles.at(triangle);
-        let is_uniform = tip.fan.sectors.iter().all(|&(other, _)| are_alike(&own, &self.mesh.triangles.at(other)));
+        let is_uniform = tip.fan.sectors.iter().all(|&(other, _)| own.is_alike(&self.mesh.triangles.at(other)));
         // On a ridge a glide would take the protruding part off.
         if is_near_rim || !is_uniform || !is_flat(self.mesh, vertex) {
             return Err(outside);

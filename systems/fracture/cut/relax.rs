@@ -1,8 +1,8 @@
 //! Flips that raise the smallest angle (Lawson 1977), near recent edits and only where an angle is poor: a flip interpolates
 //! the state again, so good triangles are left alone.
 
-use crate::math::{Orthotropic, SmallestAngle, Sym2, elementary};
-use crate::storage::{Edit, Mesh, NONE, TriangleRow};
+use crate::math::{SmallestAngle, elementary};
+use crate::storage::{Edit, Mesh, NONE};
 use crate::systems::fracture::Cutter;
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -10,8 +10,6 @@ use smallvec::SmallVec;
 /// Cosine of the largest angle between the normals of two triangles in the rest shape that may be flipped, and between
 /// those around a vertex that may be moved and their mean: 20°.
 const COPLANAR: f64 = 0.939_692_620_785_908_4;
-/// Materials of two triangles may differ by this part where they are flipped; a flip gives both the mean.
-const ALIKE: f64 = 0.2;
 /// A flip must gain this \[rad\] (about 1°).
 const FLIP_GAIN: f64 = 0.02;
 /// Flips per event; a run-away would be a defect of the mesh, not of the tear.
@@ -67,7 +65,7 @@ impl Cutter<'_, '_> {
         }
         let (n, m) = (normal(u, v, o), normal(v, u, p));
         let is_convex = normal(u, p, o).dot(n) > 0.0 && normal(v, o, p).dot(n) > 0.0;
-        is_convex && are_coplanar(n, m) && are_alike(&triangles.at(triangle), &triangles.at(other))
+        is_convex && are_coplanar(n, m) && triangles.at(triangle).is_alike(&triangles.at(other))
     }
 }
 
@@ -78,7 +76,7 @@ pub(in crate::systems::fracture) fn may_flip(mesh: &Mesh, triangle: u32, other: 
         normal(a, b, c)
     };
     are_coplanar(normal_of(triangle), normal_of(other))
-        && are_alike(&mesh.triangles.at(triangle), &mesh.triangles.at(other))
+        && mesh.triangles.at(triangle).is_alike(&mesh.triangles.at(other))
 }
 
 fn are_coplanar(n: DVec3, m: DVec3) -> bool {
@@ -103,16 +101,4 @@ pub(in crate::systems::fracture) fn is_flat(mesh: &Mesh, vertex: u32) -> bool {
 
 fn normal(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
     (b - a).cross(c - a)
-}
-
-pub(in crate::systems::fracture) fn are_alike(a: &TriangleRow, b: &TriangleRow) -> bool {
-    let moduli = |q: Orthotropic| [q.q11, q.q12, q.q22, q.q66];
-    let strains = |e: Sym2| [e.xx, e.yy, e.xy];
-    let close = |x: f64, y: f64| (x - y).abs() <= ALIKE * x.abs().max(y.abs());
-    moduli(a.stiffness).into_iter().zip(moduli(b.stiffness)).all(|(x, y)| close(x, y))
-        && close(a.thickness, b.thickness)
-        && close(a.density, b.density)
-        && close(a.strength, b.strength)
-        && close(a.toughness, b.toughness)
-        && strains(a.pre_stretch).into_iter().zip(strains(b.pre_stretch)).all(|(x, y)| close(x, y))
 }

@@ -2,12 +2,15 @@
 //!
 //! With g = G/G_c, its fall κ per length and its rise λ by the load of the last step, expected again, a tip that runs moves by (g + λ − 1)/κ: in
 //! the next step g is 1 without a second solve. A resting tip moves where g > 1, by (g − 1)/κ. Where g − 1 is more than a tolerance, moves
-//! and solves alternate, and κ is learnt from every move.
+//! and solves alternate, and κ is learnt from every move. With a toughness that grows with speed, g − κ·a = 1 + ((w + a)/(v₀·Δt))ⁿ gives the move
+//! a after the way w of the step before it.
 
 use super::Tearer;
-use crate::components::{TearDecision, TearDecisions, Tearing, TipGlide};
+use crate::components::{TearDecision, TearDecisions, TearRate, Tearing, TipGlide};
+
 use crate::math::elementary;
 use crate::storage::{TipKey, Tips, Vertices};
+use crate::systems::fracture::fastest;
 
 /// g − 1 up to which a step is not resumed.
 const AT_TOUGHNESS: f64 = 0.04;
@@ -27,6 +30,25 @@ const FALLS: [f64; 2] = [0.05, 1e3];
 const SEEN: f64 = 10.0;
 /// Shortest move, in edges.
 const SHORTEST: f64 = 1e-4;
+/// Halvings of the interval in which the move at a rate lies.
+const HALVINGS: usize = 40;
+
+/// Move \[mm\] that brings g = G/G_c to the toughness, with its fall per length \[1/mm\]: to 1 or, with a rate, to that at the speed of the whole way of
+/// the step, of which a part \[mm\] is done in the time \[ms\].
+fn way_to_toughness(g: f64, fall: f64, rate: Option<(TearRate, f64, f64)>) -> f64 {
+    let Some((rate, done, time)) = rate else { return (g - 1.0) / fall };
+    let excess = |way: f64| g - fall * way - 1.0 - rate.added(done + way, time);
+    let (mut short, mut long) = (0.0, (g - 1.0) / fall);
+    if !(excess(short) > 0.0) {
+        return 0.0;
+    }
+    // The excess falls with the way: halving finds its root to the last bits of the longest way.
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (short + long);
+        *(if excess(middle) > 0.0 { &mut short } else { &mut long }) = middle;
+    }
+    short
+}
 
 /// Lists the gliding tips of a body, each with the g expected of its last moves. Returns whether a tip has moved since the last solve.
 pub fn begin_glides(vertices: &Vertices, tips: &Tips, decisions: &mut TearDecisions) -> bool {
@@ -99,11 +121,12 @@ impl Tearer<'_> {
             self.glides.len() - 1
         });
         let TipGlide { way, is_running, load, .. } = self.glides[place];
-        let will_resume = g - 1.0 > AT_TOUGHNESS;
+        let fall = self.tips.advance_budget[tip].abs();
+        let move_at = |g: f64| way_to_toughness(g, fall, self.tearing.rate.map(|rate| (rate, way, dt)));
+        let will_resume = fall * move_at(g) > AT_TOUGHNESS;
         // The step ends with the solve that finds the tip at its toughness; the move after it foresees the load.
         let load = if is_running && !will_resume { load } else { 0.0 };
-        let fall = self.tips.advance_budget[tip].abs();
-        let asked = ((g + load - 1.0) / fall).min(LONGEST * edge);
+        let asked = move_at(g + load).min(LONGEST * edge);
         // A resting tip moves at its toughness, whatever the load to come.
         if !(asked > SHORTEST * edge) || !is_running && !(g > 1.0) {
             self.tips.is_refused[tip] = false;
@@ -113,13 +136,16 @@ impl Tearer<'_> {
         if self.is_tie(decision) {
             return !(g > 1.0);
         }
-        let length = asked.min(self.tearing.max_tear_speed * dt - way);
-        if !(length > 0.0) {
+        let allowed = fastest(self.mesh.triangles) * dt - way;
+        if asked > allowed {
             self.note_held_back(key, self.mesh.vertices.rest_position[vertex as usize], decision.value);
+        }
+        let length = asked.min(allowed);
+        if !(length > 0.0) {
             return true;
         }
         self.glides[place].is_running = true;
-        self.may_glide_on |= will_resume;
+        self.may_glide_on |= will_resume && asked <= allowed;
         if !self.followers.leave_free(vertex) {
             return decision.value <= 1.0;
         }

@@ -43,7 +43,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         if !result.is_in_step {
             continue;
         }
-        let budget = AdvanceBudget::new(step, tearing);
+        let budget = AdvanceBudget::new(step, triangles);
         if !step.is_resumed {
             log.note_decisions(&decisions.tips);
             note_blocked_nucleation(decisions, log);
@@ -161,7 +161,7 @@ struct Tearer<'a> {
     parted: SmallVec<[u32; 4]>,
     /// The vertices that the last cut has parted, with their copies.
     touched: SmallVec<[u32; 8]>,
-    /// Whether a tip waits because `max_tear_speed` lets it go no further in this step.
+    /// Whether a tip waits because Rayleigh waves would go no further in this step.
     waits_for_speed: bool,
     /// Whether a tip waits because the work budget is used up.
     waits_for_budget: bool,

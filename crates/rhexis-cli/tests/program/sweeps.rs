@@ -87,7 +87,7 @@ fn lists_ranges_and_samples_are_one_table_on_any_number_of_cores() {
     assert!(samples.iter().all(|s| (0.004..=0.006).contains(&s.parse::<f64>().unwrap())));
     assert_eq!(column("hash").into_iter().collect::<BTreeSet<_>>().len(), 12);
     assert!(column("right_peak_n").iter().all(|force| force.parse::<f64>().unwrap() > 0.0));
-    assert_eq!(column("end"), ["done"; 12]);
+    assert_eq!(column("end"), ["torn_through"; 12]);
 
     // What a case has in the table is what a run of it reports.
     let report = fs::read_to_string(folder.join(format!("five/cases/{}/report.json", rows[4]["run"]))).unwrap();

@@ -57,6 +57,7 @@ cases! {
     tear_trouser_mesh "tear-trouser-mesh",
     tear_trouser_fibre "tear-trouser-fibre",
     tear_hand_force "tear-hand-force",
+    tear_rate "tear-rate",
     tear_flap "tear-flap",
     tear_turn "tear-turn",
     tear_two_points "tear-two-points",

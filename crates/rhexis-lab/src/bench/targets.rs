@@ -51,7 +51,7 @@ const TARGETS: &[Target] = &[
         name: "haptic 1.5k, tearing",
         sets: &[
             "run.steps=100000",
-            "bodies.0.tearing={ strength_along_fibres = 0.05, strength_ratio = 16, exponent = 0.5, radius = 1.5, max_tear_speed = 0.1, may_initiate = false }",
+            "bodies.0.tearing={ strength_along_fibres = 0.05, strength_ratio = 16, exponent = 0.5, radius = 1.5, may_initiate = false }",
             "bodies.0.cuts=[{ polyline = [[15, 30], [15, 27]] }]",
             "bodies.0.holds.1.curve={ hand = { to = 4, within = 400, tremor = 0.1, noise = 0.01, duration = 4000 } }",
         ],

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rhexis::components::{
     Anchor, Bending, Changes, Contact, Curve, Damping, Drag, EnergyAudit, EnergyCriterion, Fibres, Gravity, Hold,
     Material, Obstacle, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Shape, Sleeping, Springs, TearMode,
-    Tearing, Toughness,
+    TearRate, Tearing, Toughness,
 };
 use rhexis::math::{Sym2, elementary};
 use rhexis::membrane::Membrane;
@@ -183,7 +183,7 @@ fn tearing(mut body: Membrane, dice: &mut Dice, young: f64, size: f64) -> Membra
         cone: dice.between(0.2, PI),
         radius,
         mode: if dice.chance(0.7) { TearMode::Free } else { TearMode::Edge },
-        max_tear_speed: dice.decades(-2.0, 2.0),
+        rate: Some(dice.decades(-2.0, 2.0)).filter(|&speed| speed < 1.0).map(|speed| TearRate { speed, exponent: 1.0 }),
         may_initiate: dice.chance(0.35),
         ..Tearing::default()
     });

@@ -170,6 +170,7 @@ pub const CASES: &[Case] = &[
         "the mean pull of trousers whose tips glide, and the work per area torn",
         tear::hand_force::run,
     ),
+    tear("tear-rate", "the speed of a tear under a dead load, by a toughness that grows with speed", tear::rate::run),
     tear("tear-flap", "a flap folded over and drawn ahead: pull and paths", tear::flap::run),
     tear("tear-turn", "the turn of the path of a gliding tip", tear::turn::run),
     tear("tear-two-points", "the pull that tears a sheet between two points", tear::two_points::run),

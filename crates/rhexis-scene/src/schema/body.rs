@@ -257,9 +257,8 @@ pub struct TearingSpec {
     /// `"glide"` (default), `"free"` or `"edge"`.
     #[serde(default)]
     pub mode: TearModeSpec,
-    /// Fastest advance of a tip \[mm/ms\]. Default 0.1.
-    #[serde(default = "max_tear_speed")]
-    pub max_tear_speed: f64,
+    /// Growth of the toughness with the speed of the tear. The same at any speed unless given.
+    pub rate: Option<TearRateSpec>,
     /// Whether tears may start where nothing was cut. Default false.
     #[serde(default)]
     pub may_initiate: bool,
@@ -267,6 +266,16 @@ pub struct TearingSpec {
     pub ultimate_stretch: Option<f64>,
     /// Margin below which a notch tears both ways, at least 0 and below 1. Off unless given.
     pub branch_margin: Option<f64>,
+}
+
+/// `tearing.rate`: the toughness at the speed v is G_c·(1 + (v/speed)^exponent). Tips that glide follow it.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TearRateSpec {
+    /// Speed at which the toughness has doubled \[mm/ms\], > 0.
+    pub speed: f64,
+    /// Exponent, > 0.
+    pub exponent: f64,
 }
 
 /// `energy_criterion`: tips of a body with `tearing` advance where more energy would be released than their toughness, in the
@@ -373,10 +382,6 @@ fn exponent() -> f64 {
 
 fn cone_degrees() -> f64 {
     90.0
-}
-
-fn max_tear_speed() -> f64 {
-    0.1
 }
 
 fn ring() -> f64 {

@@ -16,7 +16,7 @@ mod tool;
 
 pub use body::{
     AxisSpec, BendingSpec, BodySpec, ContactSpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
-    InitialSpec, MaterialModelSpec, MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
+    InitialSpec, MaterialModelSpec, MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec, TearRateSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, ArrayRangeSpec, BallSpec, ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec,
@@ -183,7 +183,7 @@ pub struct RunSpec {
     /// Threads; 0 (default) means one per core. The results are the same bits for any number.
     #[serde(default)]
     pub threads: usize,
-    /// Maximum re-solves per dynamic step while a tear may still advance by `max_tear_speed`, at most 1000. Default 8.
+    /// Maximum re-solves per dynamic step while a tear may still advance, at most 1000. Default 8.
     pub max_tear_passes: Option<u32>,
     /// Estimated error of positions, over the mean edge, at which the linear solve of a dynamic step may stop; its residual is then not
     /// asked for. Above zero; `inf` (default): not asked for.

@@ -75,7 +75,7 @@ fn capsule() -> (Simulation, BodyId) {
         .with(Drag { coefficient: 5e-3 })
         .with(Contact { stiffness: Some(5.0), friction: 0.0 })
         .with(Bending::default())
-        .with(Tearing { cone: 60_f64.to_radians(), max_tear_speed: 0.02, ..tearing })
+        .with(Tearing { cone: 60_f64.to_radians(), ..tearing })
         .with(EnergyCriterion::new(toughness))
         .with(Refinement { edges_per_radius: 2.0, budget: 2.5, ..Refinement::default() });
     let rim = capsule.select(|p| p.truncate().length() > 0.998 * RIM).into_iter().map(|row| (row, DVec3::ZERO));

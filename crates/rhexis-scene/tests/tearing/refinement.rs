@@ -307,13 +307,8 @@ fn a_symmetric_tear_stays_at_its_axis() {
 #[test]
 fn a_slit_in_a_taut_cap_opens() {
     let mesh = generate::cap(10.0, 9.8, 1500).unwrap();
-    let tearing = Tearing {
-        strength_across_fibres: 0.3,
-        strength_along_fibres: 0.15,
-        radius: 0.25,
-        max_tear_speed: 0.01,
-        ..Tearing::default()
-    };
+    let tearing =
+        Tearing { strength_across_fibres: 0.3, strength_along_fibres: 0.15, radius: 0.25, ..Tearing::default() };
     let mut cap = Membrane::new("cap", mesh, Material::isotropic(3.0, 0.45, 0.015))
         .fibres(Fibres::Concentric { centre: DVec3::ZERO, axis: DVec3::Z });
     let rim = cap.select(|p| p.x.hypot(p.y) > 4.89);
@@ -337,10 +332,10 @@ fn a_slit_in_a_taut_cap_opens() {
     let (log, refined) = (world.get::<&TearLog>(body.entity()).unwrap(), world.get::<&Refined>(body.entity()).unwrap());
     let [least, _] = angles(&vertices, &triangles);
     println!(
-        "cap: {} advances, {} splits, {} removed, {:?} edges, smallest angle {least:.1}°",
-        log.advance_count, refined.split_count, refined.removed_count, log.edges_per_radius
+        "cap: {} mm torn, {} advances, {} splits, {} removed, {:?} edges, smallest angle {least:.1}°",
+        log.length, log.advance_count, refined.split_count, refined.removed_count, log.edges_per_radius
     );
-    assert!(log.advance_count > 15 && refined.removed_count > 50 && least >= 10.0);
+    assert!(log.length > 2.0 && refined.removed_count > 50 && least >= 10.0);
     assert!(log.edges_per_radius.unwrap() >= 3.0 && refined.budget_hit_count == 0);
     assert!((total_mass(&vertices) / mass - 1.0).abs() < 1e-12);
 }

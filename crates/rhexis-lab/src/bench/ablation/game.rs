@@ -53,7 +53,6 @@ impl Game {
             strength_across_fibres: 0.6,
             strength_along_fibres: 0.3,
             may_initiate: true,
-            max_tear_speed: 0.5,
             mode: TearMode::Free,
             ..Tearing::default()
         };

@@ -131,7 +131,7 @@ impl Flap {
         let mut sheet = Membrane::new("sheet", mesh, Material::isotropic(self.young, 0.3, THICKNESS))
             .with(Damping { time: if self.bends { 0.1 } else { 0.5 } })
             .with(Drag { coefficient: 1e-6 })
-            .with(Tearing { mode: self.mode, radius: 1.0, max_tear_speed: 1.0, ..Tearing::default() })
+            .with(Tearing { mode: self.mode, radius: 1.0, ..Tearing::default() })
             .with(EnergyAudit::default())
             .with(EnergyCriterion::new(Toughness { along: TOUGHNESS, across: TOUGHNESS }))
             .with(Refinement { edges_per_radius: 1.0 / EDGE, budget: 6.0, ..Refinement::default() });

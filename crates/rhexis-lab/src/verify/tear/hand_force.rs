@@ -90,8 +90,7 @@ pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
 
 impl Mesh {
     fn sheet(&self) -> Result<Membrane, VerifyError> {
-        let tearing =
-            Tearing { mode: TearMode::Glide, radius: RADIUS, exponent: 2.0, max_tear_speed: 1.0, ..Tearing::default() };
+        let tearing = Tearing { mode: TearMode::Glide, radius: RADIUS, exponent: 2.0, ..Tearing::default() };
         let mesh = self.triangles.mesh(WIDTH, LENGTH, self.edge)?;
         let mut sheet = Membrane::new("sheet", mesh, Material::isotropic(2.0, 0.4, THICKNESS))
             .with(Damping { time: 0.05 })

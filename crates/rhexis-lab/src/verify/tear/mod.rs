@@ -14,6 +14,7 @@ pub(super) mod kink;
 pub(super) mod load;
 pub(super) mod mesh;
 pub(super) mod quality;
+pub(super) mod rate;
 pub(super) mod release;
 pub(super) mod shape;
 pub(super) mod start;

@@ -46,7 +46,7 @@ pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-two-points");
     let changes = [
         format!(
-            "bodies.0.tearing={{ toughness_along_fibres = {TOUGHNESS}, toughness_across_fibres = {TOUGHNESS}, radius = 1, max_tear_speed = 1 }}"
+            "bodies.0.tearing={{ toughness_along_fibres = {TOUGHNESS}, toughness_across_fibres = {TOUGHNESS}, radius = 1 }}"
         ),
         "bodies.0.refinement={ edges_per_radius = 3.3, budget = 6 }".to_owned(),
         // Of which the hands would feel more than a percent otherwise.

@@ -128,7 +128,7 @@ impl Trouser {
         let toughness = Toughness { along: self.toughness, across: ratio * self.toughness };
         // By whole triangles: the pull is that before an advance.
         let mode = TearMode::Free;
-        let tearing = Tearing { radius: self.radius, exponent, mode, max_tear_speed: 1.0, ..Tearing::default() };
+        let tearing = Tearing { radius: self.radius, exponent, mode, ..Tearing::default() };
         let refinement = Refinement { edges_per_radius: self.radius / self.edge, budget: 6.0, ..Refinement::default() };
         let mut sheet = Membrane::new(
             "sheet",
