@@ -307,6 +307,8 @@ fn a_fallback_to_the_rotated_tangent_allocates_nothing() {
 fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>, mode: TearMode) {
     let settings = Settings {
         threads: 1,
+        // One move in a step: with as many as it takes the tear would be through in five.
+        max_tear_passes: 0,
         advanced: Advanced { preconditioner: Preconditioner::IncompleteCholesky, ..Advanced::default() },
         ..Settings::default()
     };
@@ -339,13 +341,13 @@ fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>, mode: TearMode) {
     }
     println!("allocations in the steps with an advance and the next: {advances:?}");
     // What the step keeps per vertex grows in the first, to where the tables have room from the start; what it keeps per triangle, five
-    // lists, where the first triangle is added. After that not even the last advance does, which walks the piece that it frees;
-    // but the disc of the energy criterion may be larger than any before.
-    let free = advances.iter().filter(|&&count| count == 0).count();
-    // A tip that glides makes vertices with more triangles than their lists have room for, one in some thirty steps.
-    let rare = if mode == TearMode::Glide { advances.len() / 30 } else { 0 };
-    assert!(advances.len() > 15 && free + 4 + rare >= advances.len(), "{advances:?}");
-    let (first, later) = advances.split_at(if mode == TearMode::Glide { 3 } else { 1 });
+    // lists, where the first triangle is added; the disc of the energy criterion grows now and then. After that not even the last advance allocates,
+    // which walks the piece that it frees; but a tip that glides makes vertices with more triangles than their lists have room for, one in some
+    // thirty steps.
+    assert!(advances.len() > 30, "{advances:?}");
+    let (first, later) = advances.split_at(10);
+    let rare = if mode == TearMode::Glide { later.len() / 20 } else { 0 };
+    let seldom = later.iter().filter(|&&count| count > 0).count();
     let [first, later] = [first, later].map(|counts| counts.iter().sum::<usize>());
-    assert!(first < 30 && later <= 6 + 2 * rare, "{advances:?}");
+    assert!(first < 30 && seldom <= rare && later <= 2 * rare, "{advances:?}");
 }
