@@ -27,8 +27,8 @@ fn with_writer(mut body: Vec<u8>) -> Vec<u8> {
     body
 }
 
-/// 15 to 16: a factor's block has another layout; one of before is passed over where it is read. 16 to 17: a tear's mode is followed by its rate;
-/// the largest speed of before is passed over where it is read.
+/// 15 to 16: another layout of a factor's block; an old block is skipped on reading. 16 to 17: a tear's mode is followed by its rate; the largest
+/// speed of older bytes is skipped on reading.
 fn as_it_is(body: Vec<u8>) -> Vec<u8> {
     body
 }

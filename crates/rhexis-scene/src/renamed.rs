@@ -9,7 +9,7 @@ const RENAMED: [(&str, &str); 4] = [
     ("toughness_across", "toughness_across_fibres"),
 ];
 
-/// Remedy for a former key: its present name, or what stands in its place. `None` for other keys.
+/// Remedy for a former key: its present name or its replacement. `None` for other keys.
 pub(crate) fn remedy(key: &str) -> Option<String> {
     if key == "max_tear_speed" {
         let remedy = "leave it out: no tear is faster than Rayleigh waves; a toughness that grows with speed is `rate = { speed = …, exponent = … }`";

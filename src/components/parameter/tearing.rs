@@ -58,7 +58,7 @@ pub struct Tearing {
     pub radius: f64,
     /// Way of an advance through the mesh; tips glide by default.
     pub mode: TearMode,
-    /// Growth of the toughness with speed; `None` for one that is the same at any.
+    /// Growth of the toughness with speed; `None` for a constant one.
     pub rate: Option<TearRate>,
     /// Whether tears may start where nothing was cut, inside the tissue and at its boundary. At most one starts per body and pass
     /// of the step, at least 2R from every tip and from every vertex that a hold or a closed grip holds. Failure at a clamp is not

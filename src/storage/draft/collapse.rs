@@ -6,7 +6,7 @@
 //! along, so it must lie on the straight line between its neighbours there.
 //!
 //! The triangles that stay take the values that their fields have at their new centroids; the mass of those that vanish goes to them as
-//! density where it does not come along with the area. They are strained anew, so the elastic energy changes: the caller judges by how much.
+//! density where it does not come along with the area. Their strains change, and the elastic energy with them; the caller judges that change.
 
 use super::{
     Draft, are_vertices, beside_on_boundary, checked_rest, current_of, field, keep_mass, normal, rest_of, same_side,

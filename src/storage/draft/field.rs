@@ -35,10 +35,11 @@ pub(super) fn at_point(mesh: &Mesh<'_>, triangle: u32, point: DVec3) -> Triangle
     let outer = |way: DVec2| DMat2::from_cols(way * way.x, way * way.y);
     let matrix: DMat2 = near.iter().map(|&(way, _)| outer(way)).sum();
     let trace = matrix.x_axis.x + matrix.y_axis.y;
-    if !(trace > 0.0) {
+    let weights = (matrix + DMat2::IDENTITY * (REGULAR * trace)).inverse() * flat(point);
+    // No alike neighbour, or triangles so small that squares of their sides vanish.
+    if !weights.is_finite() {
         return own;
     }
-    let weights = (matrix + DMat2::IDENTITY * (REGULAR * trace)).inverse() * flat(point);
     let value = |i: usize| {
         let (mut sum, mut least, mut most) = (values[i], values[i], values[i]);
         for (way, other) in &near {

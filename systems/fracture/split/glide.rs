@@ -7,7 +7,6 @@
 
 use super::Tearer;
 use crate::components::{TearDecision, TearDecisions, TearRate, Tearing, TipGlide};
-
 use crate::math::elementary;
 use crate::storage::{TipKey, Tips, Vertices};
 use crate::systems::fracture::fastest;
@@ -123,7 +122,9 @@ impl Tearer<'_> {
         let TipGlide { way, is_running, load, .. } = self.glides[place];
         let fall = self.tips.advance_budget[tip].abs();
         let move_at = |g: f64| way_to_toughness(g, fall, self.tearing.rate.map(|rate| (rate, way, dt)));
-        let will_resume = fall * move_at(g) > AT_TOUGHNESS;
+        let wanted = move_at(g);
+        // A move that is cut to the longest is as far from the toughness as one of a large fall.
+        let will_resume = fall * wanted > AT_TOUGHNESS || wanted > LONGEST * edge;
         // The step ends with the solve that finds the tip at its toughness; the move after it foresees the load.
         let load = if is_running && !will_resume { load } else { 0.0 };
         let asked = move_at(g + load).min(LONGEST * edge);

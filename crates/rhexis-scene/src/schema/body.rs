@@ -257,7 +257,7 @@ pub struct TearingSpec {
     /// `"glide"` (default), `"free"` or `"edge"`.
     #[serde(default)]
     pub mode: TearModeSpec,
-    /// Growth of the toughness with the speed of the tear. The same at any speed unless given.
+    /// Growth of the toughness with the speed of the tear. Off unless given.
     pub rate: Option<TearRateSpec>,
     /// Whether tears may start where nothing was cut. Default false.
     #[serde(default)]

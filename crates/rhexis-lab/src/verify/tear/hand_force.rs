@@ -10,7 +10,7 @@ use super::trouser::Triangles;
 use glam::{DVec2, DVec3};
 use rhexis::components::{
     Bending, Curve, Damping, Drag, EnergyAudit, EnergyBalance, EnergyCriterion, Material, Refinement, TearLog,
-    TearMode, Tearing, Toughness,
+    TearMode, TearRate, Tearing, Toughness,
 };
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
@@ -19,7 +19,7 @@ use rhexis::storage::Tips;
 
 /// Width and length of the sheet, and length of its legs \[mm\].
 const WIDTH: f64 = 8.0;
-const LENGTH: f64 = 16.0;
+pub(super) const LENGTH: f64 = 16.0;
 const LEGS: f64 = 6.0;
 /// Held at the inner corners of the legs \[mm\].
 const HELD: f64 = 1.5;
@@ -27,7 +27,7 @@ const THICKNESS: f64 = 0.05;
 /// Toughness \[N/mm\].
 const TOUGHNESS: f64 = 0.1;
 /// Pull of a leg \[N\]: legs of 2 MPa stretch by less than 1 %, and the hands are nearly above the tear.
-const PULL: f64 = 0.5 * TOUGHNESS * THICKNESS;
+pub(super) const PULL: f64 = 0.5 * TOUGHNESS * THICKNESS;
 /// R \[mm\].
 const RADIUS: f64 = 1.0;
 /// Way of a hand at the end, and its time \[mm, ms\]; the tear is through after half of it.
@@ -39,12 +39,12 @@ const MEAN: f64 = 0.03;
 const STEPS: [f64; 5] = [1.0, 2.0, 5.0, 10.0, 20.0];
 
 /// A mesh of the sheet.
-struct Mesh {
-    name: &'static str,
-    triangles: Triangles,
+pub(super) struct Mesh {
+    pub(super) name: &'static str,
+    pub(super) triangles: Triangles,
     /// Edge of its triangles, and of those around the tip if they are refined \[mm\].
-    edge: f64,
-    refined: Option<f64>,
+    pub(super) edge: f64,
+    pub(super) refined: Option<f64>,
 }
 
 const MESHES: [Mesh; 5] = [
@@ -88,25 +88,43 @@ pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     rows.finish()
 }
 
+/// Whether a point is at the inner corner of the leg on a side, −1 or 1.
+pub(super) fn is_in_hand(p: DVec3, side: f64) -> bool {
+    p.y == LENGTH && p.x * side > 0.0 && p.x * side <= HELD
+}
+
+/// The cut between the legs.
+pub(super) fn legs() -> [DVec3; 2] {
+    [DVec3::new(0.0, LENGTH, 0.0), DVec3::new(0.0, LENGTH - LEGS, 0.0)]
+}
+
 impl Mesh {
-    fn sheet(&self) -> Result<Membrane, VerifyError> {
-        let tearing = Tearing { mode: TearMode::Glide, radius: RADIUS, exponent: 2.0, ..Tearing::default() };
+    /// The sheet, neither held nor loaded.
+    pub(super) fn sheet(&self, rate: Option<TearRate>) -> Result<Membrane, VerifyError> {
+        let tearing = Tearing { mode: TearMode::Glide, radius: RADIUS, exponent: 2.0, rate, ..Tearing::default() };
         let mesh = self.triangles.mesh(WIDTH, LENGTH, self.edge)?;
-        let mut sheet = Membrane::new("sheet", mesh, Material::isotropic(2.0, 0.4, THICKNESS))
+        let sheet = Membrane::new("sheet", mesh, Material::isotropic(2.0, 0.4, THICKNESS))
             .with(Damping { time: 0.05 })
             .with(Drag { coefficient: 4e-7 })
             .with(Bending::default())
             .with(tearing)
-            .with(EnergyCriterion::new(Toughness { along: TOUGHNESS, across: TOUGHNESS }))
-            .with(EnergyAudit::default());
-        if let Some(edge) = self.refined {
-            sheet = sheet.with(Refinement { edges_per_radius: RADIUS / edge, budget: 6.0, ..Refinement::default() });
-        }
+            .with(EnergyCriterion::new(Toughness { along: TOUGHNESS, across: TOUGHNESS }));
+        Ok(match self.refined {
+            Some(edge) => {
+                let refinement = Refinement { edges_per_radius: RADIUS / edge, budget: 6.0, ..Refinement::default() };
+                sheet.with(refinement)
+            }
+            None => sheet,
+        })
+    }
+
+    /// The sheet with its legs in two hands that go apart.
+    fn pulled(&self) -> Result<Membrane, VerifyError> {
+        let mut sheet = self.sheet(None)?.with(EnergyAudit::default());
         for (name, side) in [("left", -1.0), ("right", 1.0)] {
             let curve = Curve::ramp(TIME, 1.0).unwrap_or_else(|_| Curve::constant(1.0));
-            let is_held = |p: DVec3| p.y == LENGTH && p.x * side > 0.0 && p.x * side <= HELD;
             let way = DVec3::new(0.0, -0.5, -side) * WAY;
-            let hold = bodies::hold_along(&sheet, name, [true; 3], curve, |p| is_held(p).then_some(way));
+            let hold = bodies::hold_along(&sheet, name, [true; 3], curve, |p| is_in_hand(p, side).then_some(way));
             sheet = sheet.hold(hold);
         }
         Ok(sheet)
@@ -114,8 +132,8 @@ impl Mesh {
 
     /// Tears it through.
     fn tear(&self, dt: f64) -> Result<Torn, VerifyError> {
-        let (mut simulation, body) = bodies::simulate(Settings { threads: 1, ..Settings::default() }, self.sheet()?)?;
-        simulation.cut(body, &[DVec3::new(0.0, LENGTH, 0.0), DVec3::new(0.0, LENGTH - LEGS, 0.0)])?;
+        let (mut simulation, body) = bodies::simulate(Settings { threads: 1, ..Settings::default() }, self.pulled()?)?;
+        simulation.cut(body, &legs())?;
         let mut all = Torn::default();
         while simulation.time() < TIME {
             simulation.step(dt)?;

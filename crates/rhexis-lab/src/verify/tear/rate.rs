@@ -2,25 +2,14 @@
 //! any mesh and at any step.
 
 use super::super::{Artifacts, Axes, Line, Row, Rows, VerifyError, bodies};
+use super::hand_force::{LENGTH, Mesh, PULL, is_in_hand, legs};
 use super::trouser::Triangles;
 use glam::{DVec2, DVec3};
-use rhexis::components::{
-    Bending, Curve, Damping, Drag, EnergyCriterion, Material, PointLoad, PointLoads, Refinement, TearLog, TearRate,
-    Tearing, Toughness,
-};
+use rhexis::components::{Curve, PointLoad, PointLoads, TearLog, TearRate};
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::SimulationError;
 
-/// Width and length of the sheet, and length of its legs \[mm\].
-const WIDTH: f64 = 8.0;
-const LENGTH: f64 = 16.0;
-const LEGS: f64 = 6.0;
-/// Loaded at the inner corners of the legs \[mm\].
-const LOADED: f64 = 1.5;
-const THICKNESS: f64 = 0.05;
-/// Toughness at rest \[N/mm\].
-const TOUGHNESS: f64 = 0.1;
 /// Load of a leg over that which tears at rest.
 const LOAD: f64 = 1.5;
 /// The load grows over the time in which a steady tear goes so far \[mm\].
@@ -78,7 +67,7 @@ impl Case {
     fn tear(&self, speed: f64) -> Result<Vec<DVec2>, VerifyError> {
         let (mut simulation, body) =
             bodies::simulate(Settings { threads: 1, ..Settings::default() }, self.sheet(speed)?)?;
-        simulation.cut(body, &[DVec3::new(0.0, LENGTH, 0.0), DVec3::new(0.0, LENGTH - LEGS, 0.0)])?;
+        simulation.cut(body, &legs())?;
         let mut course: Vec<DVec2> = Vec::new();
         // The foot is reached after less than the whole length at the law's speed.
         while simulation.time() * speed < LENGTH && course.last().is_none_or(|last| last.y < STEADY.end) {
@@ -92,21 +81,11 @@ impl Case {
 
     fn sheet(&self, speed: f64) -> Result<Membrane, VerifyError> {
         let edge = if self.refined.is_some() { 1.0 } else { 0.5 };
-        let mesh = Triangles::Unstructured(8).mesh(WIDTH, LENGTH, edge)?;
-        let tearing = Tearing { radius: 1.0, exponent: 2.0, rate: Some(self.rate), ..Tearing::default() };
-        let mut sheet = Membrane::new("sheet", mesh, Material::isotropic(2.0, 0.4, THICKNESS))
-            .with(Damping { time: 0.05 })
-            .with(Drag { coefficient: 4e-7 })
-            .with(Bending::default())
-            .with(tearing)
-            .with(EnergyCriterion::new(Toughness { along: TOUGHNESS, across: TOUGHNESS }));
-        if let Some(edge) = self.refined {
-            sheet = sheet.with(Refinement { edges_per_radius: 1.0 / edge, budget: 6.0, ..Refinement::default() });
-        }
+        let mesh = Mesh { name: "unstructured", triangles: Triangles::Unstructured(8), edge, refined: self.refined };
+        let sheet = mesh.sheet(Some(self.rate))?;
         let load = |side: f64| {
-            let is_loaded = |p: DVec3| p.y == LENGTH && p.x * side > 0.0 && p.x * side <= LOADED;
-            let rows = sheet.select(is_loaded);
-            let force = DVec3::Z * (-side * LOAD * 0.5 * TOUGHNESS * THICKNESS / rows.len() as f64);
+            let rows = sheet.select(|p| is_in_hand(p, side));
+            let force = DVec3::Z * (-side * LOAD * PULL / rows.len() as f64);
             let curve = Curve::ramp(GROWTH / speed, 1.0).unwrap_or_else(|_| Curve::constant(1.0));
             PointLoad { rows, force, curve }
         };
