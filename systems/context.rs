@@ -51,7 +51,7 @@ pub struct StepContext {
     pub formula: Formula,
     /// Equilibrium without inertia, damping and drag.
     pub is_static: bool,
-    /// Redone after tears have advanced: no new advance budget for tips.
+    /// Redone after tears have advanced.
     pub is_resumed: bool,
     /// Retried part of a step that has failed: a few vertices that would create energy are relaxed locally.
     pub is_retried: bool,

@@ -17,7 +17,7 @@ use xxhash_rust::xxh3::Xxh3;
 /// - number of vertices, their keys, positions, velocities, rest positions, masses;
 /// - number of triangles, their keys, corners, fibres, elastic constants, thicknesses, densities, and pre-stretches, strengths and
 ///   toughnesses where some are not the body's own;
-/// - number of tips, their keys, vertices, last directions, ideal points, criterion values, advance budgets, marks;
+/// - number of tips, their keys, vertices, last directions, ideal points, criterion values, falls of G/G_c, marks;
 /// - for every grip the number of held vertices, their rows and their places in the jaws.
 ///
 /// It takes column after column, each from the first row to the last.
@@ -73,7 +73,7 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
             tips.vertex.iter().for_each(|&vertex| hash.row(vertex));
             hash.points(&tips.previous);
             hash.points(&tips.ideal);
-            tips.criterion.iter().chain(&tips.advance_budget).for_each(|&value| hash.real(value));
+            tips.criterion.iter().chain(&tips.fall).for_each(|&value| hash.real(value));
             tips.is_refused.iter().chain(&tips.is_coarse).for_each(|&mark| hash.row(u32::from(mark)));
         }
         for held in grips.iter().flat_map(|grips| &grips.pinches).map(|pinch| &pinch.held) {

@@ -56,9 +56,8 @@ table! {
         ideal: Vec<DVec3>,
         /// Criterion value max c(d) at the last evaluation; the tear advances where it exceeds 1.
         criterion: Vec<f64>,
-        /// Length \[mm\] that the speed of waves still allows this tip; negative where the last advance was longer than allowed. Of tips that
-        /// glide the fall of G/G_c per length \[1/mm\], negative while they rest.
-        advance_budget: Vec<f64>,
+        /// Fall of G/G_c per length of the tear \[1/mm\] of a tip that glides, negative while it rests; 0 where it is not known.
+        fall: Vec<f64>,
         /// Whether the last advance that the criterion asked for was refused.
         is_refused: Vec<bool>,
         /// Whether it was said that the mesh is too coarse for R here.

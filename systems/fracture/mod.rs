@@ -5,14 +5,14 @@
 //! where they raise a small angle. Each edit leaves a record; an advance that cannot be done well enough is taken back by those
 //! records and refused with a reason.
 
-mod advance_budget;
+mod corrector;
 pub mod criterion;
 mod cut;
 mod followers;
 pub mod split;
 pub mod topology;
 
-pub use advance_budget::{AdvanceBudget, advancing, fastest, in_turn, may_go_on, unfinished};
+pub use corrector::{advancing, unfinished};
 pub use criterion::by_triangle::{factor_of, mean_around};
 pub use criterion::coupled_criterion::{CoupledBuffers, CoupledCriterion};
 pub use criterion::crack_field::CrackFrame;

@@ -147,19 +147,6 @@ impl FanChart {
         (along.is_finite() && distance > 0.0).then_some(Exit { sector, along: along.clamp(0.0, 1.0), distance })
     }
 
-    /// The shortest way \[mm\] to an opposite edge among the directions within `cone` \[rad\] of `about`; infinite where none lies in
-    /// the fan.
-    pub fn least_way(&self, about: DVec2, cone: f64) -> f64 {
-        let ends = [-cone, 0.0, cone].map(|turn| elementary::unit_at(turn).rotate(about));
-        // Within a sector the way is shortest at the foot of its altitude, or next to that.
-        let feet = self.spokes.windows(2).map(|pair| {
-            let (a, side) = (pair[0].planar, pair[1].planar - pair[0].planar);
-            (a - side * (a.dot(side) / side.length_squared()).clamp(-1.0, 0.0)).normalize_or_zero()
-        });
-        let ways = feet.filter(|foot| elementary::turn(about, *foot).abs() <= cone).chain(ends);
-        ways.filter_map(|direction| self.exit(direction)).map(|exit| exit.distance).fold(f64::INFINITY, f64::min)
-    }
-
     /// The unit direction in the rest shape, tangent to the triangle in which it lies; outside an open fan tangent to
     /// the chart.
     pub fn to_surface(&self, direction: DVec2) -> DVec3 {
@@ -272,21 +259,6 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn no_direction_of_a_cone_has_a_shorter_way_than_the_least() {
-        let chart = FanChart::new(&spokes(&[-3.1, -2.0, -1.0, 0.2, 1.4, 2.5, 3.1], 0.0), false).unwrap();
-        for k in 0..40 {
-            let (about, cone) = (-2.0 + 0.1 * k as f64, 0.05 + 0.03 * k as f64);
-            let turns = (-200..=200).map(|i| about + cone * f64::from(i) / 200.0);
-            let ways = turns.filter_map(|turn| chart.exit(DVec2::from_angle(turn))).map(|exit| exit.distance);
-            let least = ways.fold(f64::INFINITY, f64::min);
-            // Directions half a hundredth of the cone from the best have ways longer by its square.
-            let found = chart.least_way(DVec2::from_angle(about), cone);
-            assert!(found <= least + 1e-12 && found > least - 1e-4, "{found} {least}");
-        }
-        assert_eq!(chart.least_way(DVec2::NEG_X, 0.01), f64::INFINITY);
     }
 
     #[test]

@@ -227,7 +227,7 @@ fn state(s: &mut Simulation, body: hecs::Entity, d: &mut Dice) {
                 previous: d.point(),
                 ideal: d.point(),
                 criterion: d.number(),
-                advance_budget: d.number(),
+                fall: d.number(),
                 is_refused: false,
                 is_coarse: false,
             });

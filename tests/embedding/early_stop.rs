@@ -150,15 +150,14 @@ fn no_step_under_a_rough_hand_goes_above_its_budget() {
     assert!(sums.iter().all(|count| *count > 0), "nothing to bound: {sums:?}");
 }
 
-/// A sheet of 1,500 triangles with two notches in its upper edge, 40 steps of being pulled apart; it tears by whole triangles, and tips that wait
-/// save up. Returns the points torn to in each step, and
+/// A sheet of 1,500 triangles with two notches in its upper edge, 40 steps of being pulled apart; returns the points torn to in each step, and
 /// the triangles that refinement had halved by then.
-fn two_tears(budget: Option<u32>, refinement: Option<Refinement>) -> Vec<(Vec<DVec3>, u32)> {
+fn two_tears(mode: TearMode, budget: Option<u32>, refinement: Option<Refinement>) -> Vec<(Vec<DVec3>, u32)> {
     let mesh = generate::grid(30.0, 30.0, 30, 25).unwrap();
     let mut sheet = Membrane::new("sheet", mesh, Material::allard_2009())
         .fibres(Fibres::at_degrees(90.0))
         .planar()
-        .with(Tearing { mode: TearMode::Free, ..Tearing::default() })
+        .with(Tearing { mode, ..Tearing::default() })
         .with(Damping { time: 0.1 });
     if let Some(refinement) = refinement {
         sheet = sheet.with(refinement);
@@ -187,23 +186,25 @@ fn two_tears(budget: Option<u32>, refinement: Option<Refinement>) -> Vec<(Vec<DV
 
 #[test]
 fn tears_that_a_budget_does_not_cover_take_turns() {
-    let free = two_tears(None, None);
-    assert!(free.iter().any(|(torn, _)| torn.len() > 1), "nothing to bound");
-    let bounded = two_tears(Some(1), None);
-    assert!(bounded.iter().all(|(torn, _)| torn.len() <= 1));
-    let places = || bounded.iter().flat_map(|(torn, _)| torn);
-    let [left, right] =
-        [true, false].map(|left| places().filter(|to| (to.x < 15.0) == left).map(|to| to.y).fold(30.0, f64::min));
-    // Each goes through a triangle of 1.2 mm in turn, one in a way of 2.4 mm at the most.
-    assert!((left - right).abs() < 2.4, "{left} and {right}");
-    assert!(left < 24.0, "{left}");
+    for mode in [TearMode::Free, TearMode::Glide] {
+        let unbounded = two_tears(mode, None, None);
+        assert!(unbounded.iter().any(|(torn, _)| torn.len() > 1), "nothing to bound");
+        let bounded = two_tears(mode, Some(1), None);
+        assert!(bounded.iter().all(|(torn, _)| torn.len() <= 1));
+        let places = || bounded.iter().flat_map(|(torn, _)| torn);
+        let [left, right] =
+            [true, false].map(|left| places().filter(|to| (to.x < 15.0) == left).map(|to| to.y).fold(30.0, f64::min));
+        // Each goes through a triangle of 1.2 mm in turn, one in a way of 2.4 mm at the most.
+        assert!((left - right).abs() < 2.4, "{mode:?}: {left} and {right}");
+        assert!(left < 24.0, "{mode:?}: {left}");
+    }
 }
 
 #[test]
 fn refinement_that_a_budget_does_not_cover_goes_on_in_the_next_steps() {
     const BUDGET: u32 = 4;
     let halved = |budget| -> Vec<u32> {
-        two_tears(budget, Some(Refinement::default())).iter().map(|(_, halved)| *halved).collect()
+        two_tears(TearMode::Free, budget, Some(Refinement::default())).iter().map(|(_, halved)| *halved).collect()
     };
     let (free, bounded) = (halved(None), halved(Some(BUDGET)));
     assert!(free[0] > 300, "nothing to bound");

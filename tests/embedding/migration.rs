@@ -16,7 +16,7 @@ fn a_snapshot_of_version_14_goes_on_to_the_same_bits() {
     assert_eq!(simulation.hash().to_string(), "513fe6662dc09d7d");
     (0..20).for_each(|_| _ = simulation.step(10.0).unwrap());
     // Its Cholesky factor is passed over: builds with and without the feature go on alike.
-    assert_eq!(simulation.hash().to_string(), "ab5303d1b5734d42");
+    assert_eq!(simulation.hash().to_string(), "2b74fe12225417a3");
     // What is written again has the present version and a writer.
     let again = simulation.snapshot().to_bytes().unwrap();
     assert!(again[8] > 14 && Snapshot::from_bytes(&again).unwrap().writer() == env!("CARGO_PKG_VERSION"));

@@ -191,7 +191,7 @@ impl State {
                 previous,
                 ideal,
                 criterion: 0.0,
-                advance_budget: 0.0,
+                fall: 0.0,
                 is_refused: false,
                 is_coarse: false,
             });

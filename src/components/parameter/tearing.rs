@@ -42,7 +42,7 @@ pub enum TearMode {
 /// Give strengths where the stress at failure was measured and R is known as a length of the tissue (spacing of its fibres, size
 /// of its defects). Where the energy of a long tear was measured, start from
 /// [`from_toughness`](Self::from_toughness). Strength, R and toughness are tied: two of them imply the third, see
-/// [`toughness`](Self::toughness). No tear is faster than Rayleigh waves.
+/// [`toughness`](Self::toughness). No tip that glides is faster than Rayleigh waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tearing {
     /// Strength against tearing across the fibres σ̄_F \[MPa\], > 0.

@@ -76,8 +76,6 @@ impl Tearer<'_> {
         self.log.note_area(area, toughness);
         let overshoot = decision.value * decision.value - 1.0;
         let before = self.tips.at(tip);
-        // Tips that glide have no budget: their column has the fall of G/G_c.
-        let paid = if self.gliding_dt.is_some() { 0.0 } else { length };
         self.tips.set(
             tip,
             TipRow {
@@ -85,7 +83,6 @@ impl Tearer<'_> {
                 previous: turned_axis(before.previous, decision.direction, length, self.tearing),
                 ideal,
                 criterion: decision.value,
-                advance_budget: before.advance_budget - paid,
                 is_refused: false,
                 ..before
             },

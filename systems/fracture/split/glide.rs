@@ -8,8 +8,7 @@
 use super::Tearer;
 use crate::components::{TearDecision, TearDecisions, TearRate, Tearing, TipGlide};
 use crate::math::elementary;
-use crate::storage::{TipKey, Tips, Vertices};
-use crate::systems::fracture::fastest;
+use crate::storage::{TipKey, Tips, Triangles, Vertices};
 
 /// g − 1 up to which a step is not resumed.
 const AT_TOUGHNESS: f64 = 0.04;
@@ -31,6 +30,16 @@ const SEEN: f64 = 10.0;
 const SHORTEST: f64 = 1e-4;
 /// Halvings of the interval in which the move at a rate lies.
 const HALVINGS: usize = 40;
+/// Speed of Rayleigh waves over that of shear waves, at least: that of a Poisson's ratio of zero (Rayleigh 1885).
+const RAYLEIGH: f64 = 0.874;
+
+/// Speed \[mm/ms\] that no gliding tip exceeds: that of Rayleigh waves where they are slowest (Freund 1990, section 4.2).
+fn fastest(triangles: &Triangles) -> f64 {
+    let Triangles { stiffness, density, .. } = triangles;
+    let speed_sq = |row: usize| stiffness[row].q66 / density[row];
+    let different = if stiffness.is_uniform() && density.is_uniform() { 1 } else { triangles.len() };
+    RAYLEIGH * (0..triangles.len().min(different)).map(speed_sq).fold(f64::INFINITY, f64::min).sqrt()
+}
 
 /// Move \[mm\] that brings g = G/G_c to the toughness, with its fall per length \[1/mm\]: to 1 or, with a rate, to that at the speed of the whole way of
 /// the step, of which a part \[mm\] is done in the time \[ms\].
@@ -55,7 +64,7 @@ pub fn begin_glides(vertices: &Vertices, tips: &Tips, decisions: &mut TearDecisi
     for (row, &tip) in tips.keys().iter().enumerate() {
         let way = vertices.rest_position[tips.vertex[row] as usize].distance(tips.ideal[row]);
         has_moved |= way > 0.0;
-        let (criterion, fall) = (tips.criterion[row], tips.advance_budget[row]);
+        let (criterion, fall) = (tips.criterion[row], tips.fall[row]);
         let expected = criterion * criterion - fall.abs() * way;
         decisions.glides.push(TipGlide { tip, way: 0.0, last: None, is_running: fall > 0.0, expected, load: 0.0 });
     }
@@ -79,7 +88,7 @@ pub(super) fn learn(
         let (Some(Some(decision)), Some(key)) = (decisions.tips.get(row), tips.key(row as u32)) else { continue };
         let (g, edge) = (decision.value * decision.value, tearing.radius / decision.edges_per_radius);
         let is_sound = g.is_finite() && edge > 0.0 && edge.is_finite();
-        let known = tips.advance_budget[row];
+        let known = tips.fall[row];
         let mut fall = if known == 0.0 { FIRST_FALL / edge } else { known.abs() };
         if !(is_sound && fall.is_finite()) {
             continue;
@@ -94,10 +103,9 @@ pub(super) fn learn(
                 glide.load = rise;
             }
         }
-        // In this mode the column has the fall, negative while the tip rests.
         let is_moving = is_resumed && known > 0.0;
         fall = fall.clamp(FALLS[0] / edge, FALLS[1] / edge);
-        tips.advance_budget[row] = if is_moving { fall } else { -fall };
+        tips.fall[row] = if is_moving { fall } else { -fall };
     }
 }
 
@@ -120,7 +128,7 @@ impl Tearer<'_> {
             self.glides.len() - 1
         });
         let TipGlide { way, is_running, load, .. } = self.glides[place];
-        let fall = self.tips.advance_budget[tip].abs();
+        let fall = self.tips.fall[tip].abs();
         let move_at = |g: f64| way_to_toughness(g, fall, self.tearing.rate.map(|rate| (rate, way, dt)));
         let wanted = move_at(g);
         // A move that is cut to the longest is as far from the toughness as one of a large fall.
@@ -155,7 +163,7 @@ impl Tearer<'_> {
             .cut_moving(|followers, v| followers.can_spare(v), |cutter| cutter.glide(vertex, direction, length, edge));
         let Ok(advance) = glide else { return decision.value <= 1.0 };
         self.has_glided = true;
-        self.tips.advance_budget[tip] = fall;
+        self.tips.fall[tip] = fall;
         let length = advance.length();
         let glide = &mut self.glides[place];
         (glide.last, glide.way) = (Some((length, g)), way + length);

@@ -14,8 +14,7 @@ use crate::components::{
 use crate::event::EventKind;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::fracture::{
-    Advance, AdvanceBudget, Cutter, Followers, FollowersQuery, NewTip, Quality, TearRefusal, TearScratch, TipChart,
-    in_turn, may_go_on,
+    Advance, Cutter, Followers, FollowersQuery, NewTip, Quality, TearRefusal, TearScratch, TipChart,
 };
 use crate::systems::{StepContext, work};
 use glam::DVec3;
@@ -43,7 +42,6 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         if !result.is_in_step {
             continue;
         }
-        let budget = AdvanceBudget::new(step, triangles);
         if !step.is_resumed {
             log.note_decisions(&decisions.tips);
             note_blocked_nucleation(decisions, log);
@@ -53,11 +51,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             glide::learn(vertices, (tips, decisions), tearing, step.is_resumed);
         }
         if !(decisions.ask() || is_gliding && glide::is_near(decisions)) {
-            if is_gliding {
-                tips.is_refused.fill(false);
-            } else {
-                (0..tips.len()).for_each(|tip| rest(tips, tip, budget));
-            }
+            tips.is_refused.fill(false);
             decisions.may_advance_further = false;
             continue;
         }
@@ -81,13 +75,13 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             has_glided: false,
             lengthened: 0,
         };
-        for (key, decision) in in_turn((tearer.tips, tearing), &decisions.tips, step) {
+        for (key, decision) in in_turn((tearer.tips, tearer.log), &decisions.tips, step) {
             let advances = (tearer.log.advance_count - advances_before) as usize + tearer.lengthened;
             let and_this = work::of_advances(advances + 1, tearer.mesh.triangles.len());
             if advances > 0 && step.left(result).is_some_and(|left| left < and_this) {
-                tearer.wait(key, decision, budget);
+                tearer.wait(key, decision);
             } else {
-                tearer.advance(key, decision, budget);
+                tearer.advance(key, decision);
             }
         }
         // A glide may have given rows to others: sites found before it are void.
@@ -107,10 +101,8 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         if is_ligament && !has_torn && !has_parted {
             decisions.ligament_refused_at = tearer.log.length;
         }
-        let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
-        let has_more = (0..tearer.tips.len()).any(|tip| may_go_on(tables, tearing, tearer.tips, tip));
         let (waits_for_speed, waits_for_budget) = (tearer.waits_for_speed, tearer.waits_for_budget);
-        let has_more = if is_gliding { tearer.may_glide_on } else { has_more };
+        let may_glide_on = tearer.may_glide_on;
         decisions.glides = std::mem::take(&mut tearer.glides);
         result.follows_glide = has_glided;
         let lengthened = tearer.lengthened;
@@ -118,8 +110,10 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let (has_advanced, has_started) = (log.advance_count > advances_before, log.nucleation_count > starts_before);
         decisions.may_advance_further = if step.is_static {
             has_advanced || has_started || has_parted
+        } else if is_gliding {
+            may_glide_on || waits_for_budget
         } else {
-            (has_advanced || is_gliding) && (has_more || waits_for_budget)
+            has_advanced
         };
         let advances = (log.advance_count - advances_before) as usize + lengthened;
         result.work = result.work.saturating_add(work::of_advances(advances, triangles));
@@ -141,11 +135,19 @@ fn note_blocked_nucleation(decisions: &mut TearDecisions, log: &mut TearLog) {
     }
 }
 
-/// Resets a tip whose criterion is not above 1: no budget is saved, an overdrawn one is paid off.
-fn rest(tips: &mut Tips, tip: usize, budget: AdvanceBudget) {
-    let more = if let AdvanceBudget::New(more) = budget { more } else { 0.0 };
-    tips.advance_budget[tip] = (tips.advance_budget[tip] + more).min(0.0);
-    tips.is_refused[tip] = false;
+/// Judged tips in the order of their rows. With a work budget the order begins one further on after every advance: tips take turns.
+fn in_turn<'a>(
+    (tips, log): (&Tips, &TearLog),
+    decisions: &'a [Option<TearDecision>],
+    step: &StepContext,
+) -> SmallVec<[(TipKey, &'a TearDecision); 8]> {
+    let judged = tips.keys().iter().zip(decisions).filter_map(|(key, decision)| Some((*key, decision.as_ref()?)));
+    let mut judged: SmallVec<[(TipKey, &TearDecision); 8]> = judged.collect();
+    if step.budget.is_some() && !judged.is_empty() {
+        let first = log.advance_count as usize % judged.len();
+        judged.rotate_left(first);
+    }
+    judged
 }
 
 /// One body while it tears.
@@ -178,46 +180,26 @@ struct Tearer<'a> {
 }
 
 impl Tearer<'_> {
-    /// Rests a tip whose criterion is not above 1.
-    fn rest(&mut self, tip: usize, budget: AdvanceBudget) {
-        if self.gliding_dt.is_some() {
-            self.tips.is_refused[tip] = false;
+    /// Lets a tip wait that would advance, for the work budget of a later step.
+    fn wait(&mut self, key: TipKey, decision: &TearDecision) {
+        let Some(tip) = self.tips.row(key) else { return };
+        if decision.value > 1.0 {
+            self.waits_for_budget = true;
         } else {
-            rest(self.tips, tip, budget);
+            self.tips.is_refused[tip as usize] = false;
         }
     }
 
-    /// Lets a tip that would advance save its advance budget up for the next step.
-    fn wait(&mut self, key: TipKey, decision: &TearDecision, budget: AdvanceBudget) {
-        let Some(tip) = self.tips.row(key).map(|row| row as usize) else { return };
-        if !(decision.value > 1.0) {
-            return self.rest(tip, budget);
-        }
-        if self.gliding_dt.is_some() {
-            return self.waits_for_budget = true;
-        }
-        let chart = TipChart::new(&self.mesh, self.tips.vertex[tip]).ok();
-        self.waits_for_budget |= self.has_budget(tip, chart.as_ref(), decision.direction, budget);
-    }
-
-    /// Adds this step's advance budget to a tip's; returns whether it is enough for the next triangle in this direction.
-    fn has_budget(&mut self, tip: usize, chart: Option<&TipChart>, direction: DVec3, budget: AdvanceBudget) -> bool {
-        let exit = chart.and_then(|tip| tip.chart.exit(tip.chart.to_chart(direction)));
-        let way = exit.map_or(0.0, |exit| exit.distance);
-        let advance_budget = &mut self.tips.advance_budget[tip];
-        *advance_budget = budget.of_tip(*advance_budget, way);
-        budget.suffices(*advance_budget, way)
-    }
-
-    /// Advances a tip by one triangle or edge, if its advance budget is enough for it.
-    fn advance(&mut self, key: TipKey, decision: &TearDecision, budget: AdvanceBudget) {
+    /// Advances a tip: by a glide where it can, else by one triangle or edge.
+    fn advance(&mut self, key: TipKey, decision: &TearDecision) {
         // A tip that another one has met in this step is gone.
         let Some(tip) = self.tips.row(key).map(|row| row as usize) else { return };
         self.log.edges_per_radius =
             Some(self.log.edges_per_radius.map_or(decision.edges_per_radius, |e| e.min(decision.edges_per_radius)));
         let least = if self.gliding_dt.is_some() { glide::NEARLY } else { 1.0 };
         if !(decision.value > least) {
-            return self.rest(tip, budget);
+            self.tips.is_refused[tip] = false;
+            return;
         }
         let (vertex, ideal) = (self.tips.vertex[tip], self.tips.ideal[tip]);
         let at = self.mesh.vertices.rest_position[vertex as usize];
@@ -232,10 +214,6 @@ impl Tearer<'_> {
         }
         // Whole triangles only: a tear that stopped inside one would leave more and worse ones.
         let chart = TipChart::new(&self.mesh, vertex);
-        let is_gliding = self.gliding_dt.is_some();
-        if !is_gliding && !self.has_budget(tip, chart.as_ref().ok(), decision.direction, budget) {
-            return self.note_held_back(key, at, decision.value);
-        }
         let factor = chart.as_ref().map_or(1.0, |tip| self.factor_ahead(tip, decision.direction));
         let thickness = self.thickness_at(vertex);
         let result = chart.and_then(|tip| self.cut_from(&tip, ideal, decision.direction));
@@ -247,9 +225,6 @@ impl Tearer<'_> {
                 self.branch(decision);
             }
             Err(refusal) => {
-                if !is_gliding {
-                    self.tips.advance_budget[tip] = self.tips.advance_budget[tip].min(0.0);
-                }
                 if !std::mem::replace(&mut self.tips.is_refused[tip], true) {
                     self.refuse(Some(key), at, &refusal);
                 }
@@ -257,7 +232,7 @@ impl Tearer<'_> {
         }
     }
 
-    /// A tip that has to wait for its advance budget.
+    /// Notes that a tip waits for the speed of waves.
     fn note_held_back(&mut self, tip: TipKey, at: DVec3, criterion: f64) {
         if self.log.held_back_criterion == 0.0 {
             self.log.pending.push(EventKind::HeldBack { tip, at, criterion });
@@ -328,15 +303,8 @@ impl Tearer<'_> {
 /// Puts a tip at a vertex.
 pub fn add_tip(tips: &mut Tips, tip: NewTip) -> TipKey {
     let NewTip { vertex, direction, ideal } = tip;
-    let fresh = TipRow {
-        vertex,
-        previous: direction,
-        ideal,
-        criterion: 0.0,
-        advance_budget: 0.0,
-        is_refused: false,
-        is_coarse: false,
-    };
+    let fresh =
+        TipRow { vertex, previous: direction, ideal, criterion: 0.0, fall: 0.0, is_refused: false, is_coarse: false };
     tips.push(fresh)
 }
 
