@@ -38,7 +38,7 @@ pub use derived::guide_constraints::GuideConstraints;
 #[doc(hidden)]
 pub use derived::outputs::Outputs;
 pub(crate) use derived::outputs::OutputsMut;
-pub(crate) use derived::solver_scratch::LocalRelaxation;
+pub(crate) use derived::solver_scratch::{ContactScratch, LocalRelaxation, MomentumBalance, Push, Touch};
 #[doc(hidden)]
 pub use derived::solver_scratch::{LineSearch, SolverScratch, StepAccount, Sweeps};
 #[doc(hidden)]
@@ -81,7 +81,7 @@ pub use state::increment::Reactions;
 pub(crate) use state::increment::fraction_of;
 pub(crate) use state::ligament_failure::LigamentFailure;
 #[doc(hidden)]
-pub use state::obstacle_motion::{FrictionState, ObstacleMotion};
+pub use state::obstacle_motion::{ContactForces, ObstacleMotion};
 #[doc(hidden)]
 pub use state::refined::Refined;
 #[doc(hidden)]

@@ -69,7 +69,7 @@ macro_rules! components {
             state, saved, of the last step {
                 reactions: Reactions,
                 obstacle_motion: ObstacleMotion,
-                friction_state: FrictionState,
+                contact_forces: ContactForces,
                 tear_decisions: TearDecisions,
             }
             derived {

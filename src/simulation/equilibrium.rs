@@ -92,6 +92,7 @@ impl Simulation {
             return Err(SimulationError::NoLinearAnswer { time: step.time, residual });
         }
         self.report.time = step.time;
+        self.note_contact_forces();
         self.use_forces_up();
         Ok(&self.report)
     }

@@ -2,8 +2,8 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::{
-    Bending, Body, Energies, EnergyAudit, EnergyBalance, FibreLaws, Frames, HoldTurns, Holds, Planar, PreStretch,
-    Reactions, Turning, fibre_law,
+    Bending, Body, Energies, EnergyAudit, EnergyBalance, FibreLaws, Frames, Grips, HoldTurns, Holds, Planar,
+    PreStretch, Reactions, SolverScratch, Turning, fibre_law,
 };
 use crate::storage::{BodyId, Topology, Triangles, Vertices};
 use crate::systems::bending::DihedralAngles;
@@ -76,6 +76,38 @@ impl Simulation {
         let Some((holds, reactions)) = held else { return Ok(Vec::new()) };
         let sum = |group: usize| reactions.groups.get(group).map_or(DVec3::ZERO, |forces| forces.iter().sum());
         Ok(holds.groups.iter().enumerate().map(|(group, hold)| (hold.name.clone(), sum(group))).collect())
+    }
+
+    /// Unbalanced force \[N\] of a body in the last step: the rate of its momentum less its loads, [reactions](Self::reactions), forces of
+    /// [grips](Grips) and [contact forces](Self::contact_forces). It is the residual of the solve, unless the energy guard has shortened the
+    /// step or jaws have let go in it. Of a step taken in parts it is that of the last part. `None` before the first step of this process, and
+    /// for a body without [`Contact`](crate::components::Contact). Forces of systems of your own count if they are added before `grip`.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// use rhexis::components::Contact;
+    ///
+    /// simulation.set(body, Contact::default())?;
+    /// simulation.step(5.0)?;
+    /// assert!(simulation.unbalanced_force(body)?.is_some_and(|force| force.length() < 1e-3));
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
+    pub fn unbalanced_force(&self, body: BodyId) -> Result<Option<DVec3>, SimulationError> {
+        let held: DVec3 = self.reactions(body)?.into_iter().map(|(_, force)| force).sum();
+        let pushed: DVec3 = self.contact_forces(body)?.into_iter().map(|(_, force)| force).sum();
+        let mut query = self.world.query_one::<(&SolverScratch, Option<&Grips>, Option<&Planar>)>(body.entity());
+        let (scratch, grips, planar) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let gripped: DVec3 = grips.iter().flat_map(|grips| &grips.pinches).map(|pinch| pinch.force).sum();
+        let mut reported = held + pushed + gripped;
+        if planar.is_some() {
+            reported.z = 0.0;
+        }
+        Ok(scratch.momentum.balance.map(|balance| balance.rate - balance.loads - reported))
     }
 
     /// The torque \[N·mm\] of every turned hold on a body about its pivot, in the order of the holds.

@@ -3,12 +3,12 @@
 use super::{Simulation, SimulationError};
 use crate::components::check::{Check, Host};
 use crate::components::{
-    Body, BodyError, Contact, FrictionState, Increment, Obstacle, ObstacleMotion, ObstaclePath, Path, Shape, Turning,
+    Body, BodyError, Contact, ContactForces, Obstacle, ObstacleMotion, ObstaclePath, Path, Shape, SolverScratch,
+    Turning,
 };
 use crate::registry::Rejected;
 use crate::replay::Input;
-use crate::storage::{BodyId, ObstacleId, Topology, Triangles, Vertices};
-use crate::systems::contact;
+use crate::storage::{BodyId, ObstacleId};
 use glam::DVec3;
 use hecs::Entity;
 use smallvec::SmallVec;
@@ -128,65 +128,59 @@ impl Simulation {
             .map_err(|_| SimulationError::NoSuchBody)
     }
 
-    /// The forces \[N\] of the obstacles on a body, each with its obstacle: along their normals as it is, and the friction of the last step.
-    /// Those that do not touch it are left out.
+    /// Forces \[N\] of the obstacles on a body in the last step or static solve, each with its obstacle: those of the last linear solve, friction
+    /// included, and the impulses of later corrections over the length of the step. Of a step taken in parts they are those of the last
+    /// part. Obstacles that did not touch the body are left out.
     ///
     /// # Errors
     /// If there is no such body.
     pub fn contact_forces(&self, body: BodyId) -> Result<Vec<(ObstacleId, DVec3)>, SimulationError> {
-        type Query<'a> = (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, Option<&'a Contact>);
-        let mut query = self.world.query_one::<Query>(body.entity());
-        let (about, vertices, triangles, topology, contact) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let Some(contact) = contact else { return Ok(Vec::new()) };
-        let mut obstacles = self.world.query::<(Entity, &Obstacle, Option<&FrictionState>)>();
-        let force = |(entity, obstacle, friction): (Entity, &Obstacle, Option<&FrictionState>)| {
-            let friction =
-                friction.and_then(|friction| friction.forces.iter().find(|(order, _)| *order == about.order));
-            let push = contact::force_of(obstacle, contact, (vertices, triangles, topology));
-            (ObstacleId::from(entity), push + friction.map_or(DVec3::ZERO, |(_, force)| *force))
+        let mut query = self.world.query_one::<hecs::Satisfies<&Contact>>(body.entity());
+        let has_contact = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let about = self.world.get::<&Body>(body.entity()).map_err(|_| SimulationError::NoSuchBody)?;
+        if !has_contact {
+            return Ok(Vec::new());
+        }
+        let mut obstacles = self.world.query::<(Entity, &ContactForces)>();
+        let force = |(entity, known): (Entity, &ContactForces)| {
+            let (_, force) = known.forces.iter().find(|(order, _)| *order == about.order)?;
+            Some((ObstacleId::from(entity), *force))
         };
-        let mut forces: Vec<_> = obstacles.iter().map(force).filter(|(_, force)| *force != DVec3::ZERO).collect();
+        let mut forces: Vec<_> = obstacles.iter().filter_map(force).collect();
         forces.sort_unstable_by_key(|(obstacle, _)| *obstacle);
         Ok(forces)
     }
 
-    /// After a step: takes down the friction of the obstacles, and those that were moved stay.
+    /// After a step: records the forces of the obstacles, and those that were moved stay.
     pub(super) fn rest_obstacles(&mut self) {
-        self.note_friction();
+        self.note_contact_forces();
         for (obstacle, obstacle_motion) in self.world.query_mut::<(&Obstacle, &mut ObstacleMotion)>() {
             *obstacle_motion = ObstacleMotion { from: obstacle.shape.clone(), turn: None };
         }
     }
 
-    /// Takes down the friction of the last step on every body that feels some.
-    fn note_friction(&mut self) {
-        let has_friction = |contact: &Contact| contact.friction > 0.0;
-        if !self.world.query_mut::<&Contact>().into_iter().any(has_friction) {
-            return;
-        }
-        type Rubbed<'a> = (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a Contact);
+    /// Records the forces of the last solve on every body. Bodies that have not been solved since they were restored keep theirs.
+    pub(super) fn note_contact_forces(&mut self) {
+        type Felt<'a> = (&'a Body, &'a SolverScratch, &'a Contact);
         let obstacles = self.world.query_mut::<(Entity, &Obstacle)>();
         let obstacles: SmallVec<[Entity; 8]> = obstacles.into_iter().map(|(entity, _)| entity).collect();
-        for entity in obstacles {
+        for obstacle in obstacles {
             let known =
-                self.world.get::<&mut FrictionState>(entity).ok().map(|mut friction| std::mem::take(&mut *friction));
+                self.world.get::<&mut ContactForces>(obstacle).ok().map(|mut known| std::mem::take(&mut *known));
             let is_known = known.is_some();
-            let mut friction = known.unwrap_or_default();
-            friction.forces.clear();
-            if let Ok(obstacle) = self.world.get::<&Obstacle>(entity) {
-                let obstacle_motion = self.world.get::<&ObstacleMotion>(entity).ok();
-                let mut bodies = self.world.query::<Rubbed>();
-                for (about, vertices, triangles, topology, increment, contact) in bodies.iter() {
-                    let (moved, body) = ((&*obstacle, obstacle_motion.as_deref()), (vertices, triangles, topology));
-                    let force = contact::friction_of(moved, contact, body, &increment.start);
-                    if force != DVec3::ZERO {
-                        friction.forces.push((about.order, force));
-                    }
+            let mut known = known.unwrap_or_default();
+            for (Body { order, .. }, scratch, _) in self.world.query::<Felt>().iter() {
+                let contact = &scratch.contact;
+                if !contact.is_known {
+                    continue;
                 }
+                known.forces.retain(|(other, _)| other != order);
+                let felt = contact.forces.iter().find(|(other, force)| *other == obstacle && *force != DVec3::ZERO);
+                known.forces.extend(felt.map(|(_, force)| (*order, *force)));
             }
-            if is_known || !friction.forces.is_empty() {
+            if is_known || !known.forces.is_empty() {
                 // An obstacle that was just there.
-                let _ = self.world.insert_one(entity, friction);
+                let _ = self.world.insert_one(obstacle, known);
             }
         }
     }

@@ -5,8 +5,8 @@
 //! The force couples them. The stiffness in the solve is the sum of each corner's row, which is no less. So a step stays stable and
 //! only comes to rest a little later.
 
-use super::{DEEP, Held, Moved, STIFFNESS, Travel, held, shift};
-use crate::components::{Contact, Increment, Obstacle, Shape, SolverScratch};
+use super::{DEEP, Held, Moved, STIFFNESS, held, shift};
+use crate::components::{Contact, Increment, Push, Shape, SolverScratch};
 use crate::math::{Sym3, elementary, nearest_in_triangle};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::StepContext;
@@ -268,43 +268,34 @@ impl Pass for NextLong<'_> {
     }
 }
 
-/// Pushes triangles out of an obstacle.
+/// Pushes triangles out of an obstacle: `add` takes the push at each of their corners.
 pub(super) fn push(
     moved: &Moved,
     contact: &Contact,
     (vertices, triangles, start): (&Vertices, &Triangles, &[DVec3]),
-    (nodal, block): (&mut [DVec3], &mut [Sym3]),
+    mut add: impl FnMut(usize, Push),
 ) {
     for_held(moved, start, (&vertices.position[..], triangles), |t, HeldFace { weights, held, part, .. }| {
         let stiffness = part * stiffness(contact, triangles, t);
         let normal = held.normal;
         for (&v, weight) in triangles.corners[t].iter().zip(weights) {
             let k = stiffness * weight;
-            nodal[v as usize] += normal * (held.depth * k);
-            block[v as usize] += Sym3::outer(normal) * k;
+            add(v as usize, Push { force: normal * (held.depth * k), block: Sym3::outer(normal) * k });
         }
     });
 }
 
-/// The force \[N\] of an obstacle on the triangles as they are.
-pub(super) fn force_of(obstacle: &Obstacle, contact: &Contact, vertices: &Vertices, triangles: &Triangles) -> DVec3 {
-    let (x, mut force) = (&vertices.position[..], DVec3::ZERO);
-    for_held(&(obstacle.clone(), Travel::default()), x, (x, triangles), |t, HeldFace { held, part, .. }| {
-        force += held.normal * (held.depth * part * stiffness(contact, triangles, t));
-    });
-    force
-}
-
 /// Puts triangles that are still deep in an obstacle, or through it, back onto the planes that should have held them, each by the least
-/// motion of its corners. Neighbours share corners, hence some rounds.
+/// motion of its corners. Neighbours share corners, hence some rounds. Returns the force \[N\] of the same impulse.
 pub(super) fn depenetrate(
     moved: &Moved,
     (vertices, increment): (&mut Vertices, &mut Increment),
     (triangles, SolverScratch { free, sweeps, .. }): (&Triangles, &mut SolverScratch),
     step: &StepContext,
-) {
+) -> DVec3 {
+    let mut force = DVec3::ZERO;
     if least_radius(&moved.0.shape).is_infinite() {
-        return;
+        return force;
     }
     let counts = (vertices.len(), triangles.len());
     sweeps.begin();
@@ -325,14 +316,15 @@ pub(super) fn depenetrate(
                 let way = face.held.depth * (1.0 / gain).min(LONGEST / longest);
                 for (v, share) in corners.into_iter().zip(shares) {
                     sweeps.note(v, counts);
-                    shift(vertices, increment, v, share * way, step);
+                    force += shift(vertices, increment, v, share * way, step);
                 }
             }
         }
         if !is_any {
-            return;
+            break;
         }
     }
+    force
 }
 
 /// Penalty stiffness of a triangle \[N/mm\].
@@ -345,6 +337,7 @@ fn stiffness(contact: &Contact, triangles: &Triangles, t: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Travel;
     use super::*;
 
     const TRIANGLE: [DVec3; 3] = [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 2.0, 0.0)];

@@ -11,13 +11,14 @@ mod side;
 mod sweeps;
 
 use crate::components::{
-    Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstacleMotion, ObstaclePath, SolveResult, SolverScratch,
+    Contact, ContactScratch, ExternalStiffness, Forces, Increment, Obstacle, ObstacleMotion, ObstaclePath, Push,
+    SolveResult, SolverScratch, Touch,
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::{StepContext, parallel};
 use glam::{DMat3, DVec3};
-use hecs::World;
+use hecs::{Entity, World};
 use smallvec::SmallVec;
 
 /// Default penalty stiffness of a contact, over that of the membrane at the vertex. A vertex at rest is then less than a hundredth
@@ -35,6 +36,9 @@ const BEARABLE: f64 = 0.1;
 
 /// The slip in a step, over the length of an edge, from which on friction is Coulomb's; below it is in proportion to the slip.
 const STICKING: f64 = 1e-3;
+
+/// Vertices whose pushes are found side by side before they are added up in order: enough for all threads, and little memory.
+const WINDOW: usize = 4096;
 
 /// An obstacle at the end of the step, and how it has come there.
 type Moved = (Obstacle, Travel);
@@ -78,7 +82,8 @@ impl Travel {
     }
 }
 
-type Obstacles = SmallVec<[Moved; 8]>;
+/// Obstacles in the order of their handles, whatever components they have beside.
+type Obstacles = SmallVec<[(Entity, Moved); 8]>;
 
 /// A plane that holds a vertex back.
 struct Held {
@@ -103,10 +108,13 @@ pub fn move_obstacles(world: &mut World, step: &StepContext) -> usize {
 }
 
 fn obstacles(world: &mut World) -> Obstacles {
-    let travel = |(obstacle, obstacle_motion): (&Obstacle, Option<&ObstacleMotion>)| {
-        (obstacle.clone(), Travel::of(obstacle, obstacle_motion))
+    let travel = |(entity, obstacle, obstacle_motion): (Entity, &Obstacle, Option<&ObstacleMotion>)| {
+        (entity, (obstacle.clone(), Travel::of(obstacle, obstacle_motion)))
     };
-    world.query_mut::<(&Obstacle, Option<&ObstacleMotion>)>().into_iter().map(travel).collect()
+    let found = world.query_mut::<(Entity, &Obstacle, Option<&ObstacleMotion>)>();
+    let mut obstacles: Obstacles = found.into_iter().map(travel).collect();
+    obstacles.sort_unstable_by_key(|(entity, _)| *entity);
+    obstacles
 }
 
 /// The plane that holds a vertex back that was at `start` and is at `x`.
@@ -153,13 +161,19 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
     }
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a SolveResult, &'a Contact),
-        (&'a mut Forces, &'a mut ExternalStiffness),
+        (&'a mut Forces, &'a mut ExternalStiffness, &'a mut SolverScratch),
     );
     parallel::for_bodies::<Query>(
         world,
         |((vertices, _, _, _, result, _), _)| result.rows_to_solve(vertices.len()),
-        |((vertices, triangles, topology, increment, _, contact), (forces, external))| {
-            for moved in &obstacles {
+        |((vertices, triangles, topology, increment, _, contact), (forces, external, scratch))| {
+            let ContactScratch { forces: of_obstacles, is_known, touched, pushes, .. } = &mut *scratch.contact;
+            of_obstacles.clear();
+            touched.clear();
+            pushes.clear();
+            pushes.resize_with(vertices.len().min(WINDOW), || None);
+            *is_known = true;
+            for (place, (entity, moved)) in (0..).zip(&obstacles) {
                 let push = |v: usize| {
                     let (start, x) = (increment.start[v], vertices.position[v]);
                     let Held { depth, normal } = held(moved, start, x)?;
@@ -179,18 +193,26 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                         force -= slip * brake;
                         block += (Sym3::IDENTITY - Sym3::outer(normal)) * brake;
                     }
-                    Some((force, block))
+                    Some(Push { force, block })
                 };
-                parallel::for_pairs(&mut forces.nodal, &mut external.block, |first, nodal, blocks| {
-                    for (v, (f, k)) in (first..).zip(nodal.iter_mut().zip(blocks)) {
-                        if let Some((force, block)) = push(v) {
-                            *f += force;
-                            *k += block;
-                        }
-                    }
-                });
-                let body = (vertices, triangles, &increment.start[..]);
-                faces::push(moved, contact, body, (&mut forces.nodal, &mut external.block));
+                let mut sum = DVec3::ZERO;
+                let mut add = |v: usize, Push { force, block }: Push| {
+                    forces.nodal[v] += force;
+                    external.block[v] += block;
+                    touched.push(Touch { place, row: v as u32, force, block });
+                    sum += force;
+                };
+                for first in (0..vertices.len()).step_by(WINDOW) {
+                    let count = (vertices.len() - first).min(WINDOW);
+                    let found = &mut pushes[..count];
+                    parallel::for_rows(found, |i, found| *found = push(first + i));
+                    (first..)
+                        .zip(found)
+                        .filter_map(|(v, found)| Some((v, found.take()?)))
+                        .for_each(|(v, push)| add(v, push));
+                }
+                faces::push(moved, contact, (vertices, triangles, &increment.start[..]), add);
+                of_obstacles.push((*entity, sum));
             }
         },
     )
@@ -206,17 +228,19 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
     type Query<'a> =
         ((&'a Vertices, &'a Triangles, &'a Topology, &'a Increment), &'a mut SolveResult, Option<&'a Contact>);
     for ((vertices, triangles, topology, increment), result, contact) in world.query_mut::<Query>() {
-        let asks = contact.is_some() && result.newton_iterations > 0 && result.is_in_step && {
-            let looked_at = looked_at(&obstacles, increment);
+        let is_carried = result.newton_iterations > 0 && result.is_in_step;
+        let asks = contact.filter(|_| is_carried).is_some_and(|contact| {
+            let looked_at = looked_at(&obstacles, increment, contact);
             let is_deep = |v: usize| {
                 let place = |moved: &Moved| held(moved, increment.start[v], vertices.position[v]);
                 let limit = || DEEP * topology.vertex_area(triangles, v as u32).sqrt();
-                looked_at.iter().any(|moved| place(moved).is_some_and(|held| held.depth > limit().max(bearable(moved))))
+                let is_deeper = |(moved, held): (&Moved, Held)| held.depth > limit().max(bearable(moved, contact));
+                looked_at.iter().any(|(_, moved)| place(moved).is_some_and(|held| is_deeper((moved, held))))
             };
             !looked_at.is_empty()
                 && ((0..vertices.len()).any(is_deep)
-                    || has_deep_face(&looked_at, &increment.start, (vertices, triangles)))
-        };
+                    || has_deep_face(&looked_at, contact, &increment.start, (vertices, triangles)))
+        });
         // A body whose budget allows no other solve is put outside after the last round.
         result.select(asks && step.affords(result, 1));
         count += usize::from(asks);
@@ -226,21 +250,30 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
 
 /// Penetration depth \[mm\] that a solve may leave in an obstacle at rest, whatever its edges: vertices inside were pushed
 /// there, and are pushed out in the steps that come. But tissue that springs back goes deeper than that in one step, out at the
-/// other side.
-fn bearable((obstacle, travel): &Moved) -> f64 {
-    if travel.is_none() { BEARABLE * obstacle.shape.least_half_width() } else { 0.0 }
+/// other side. A plane and a mesh have none where the contact is as stiff as it is by default: tissue that lands would leave again by the
+/// speed of its way out.
+fn bearable((obstacle, travel): &Moved, contact: &Contact) -> f64 {
+    let width = obstacle.shape.least_half_width();
+    let is_hard = contact.stiffness.is_none() && width.is_infinite();
+    if travel.is_none() && !is_hard { BEARABLE * width } else { 0.0 }
 }
 
 /// The obstacles in which a body may be deep: those that move, and those into which it has come far enough.
-fn looked_at(obstacles: &Obstacles, increment: &Increment) -> Obstacles {
+fn looked_at(obstacles: &Obstacles, increment: &Increment, contact: &Contact) -> Obstacles {
     let largest = increment.displacement.iter().map(|u| u.length_squared()).fold(0.0, f64::max).sqrt();
-    obstacles.iter().filter(|moved| !moved.1.is_none() || largest > bearable(moved)).cloned().collect()
+    let is_near = |(_, moved): &&(Entity, Moved)| !moved.1.is_none() || largest > bearable(moved, contact);
+    obstacles.iter().filter(is_near).cloned().collect()
 }
 
-fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&Vertices, &Triangles)) -> bool {
+fn has_deep_face(
+    obstacles: &Obstacles,
+    contact: &Contact,
+    start: &[DVec3],
+    (vertices, triangles): (&Vertices, &Triangles),
+) -> bool {
     let mut is_any = false;
-    for moved in obstacles {
-        let bearable = bearable(moved);
+    for (_, moved) in obstacles {
+        let bearable = bearable(moved, contact);
         faces::for_held(moved, start, (&vertices.position[..], triangles), |_, face| {
             is_any |= face.is_deep() && face.held.depth > bearable;
         });
@@ -254,24 +287,29 @@ fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&
 pub fn depenetrate(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     let mut count = 0;
-    type Query<'a> =
-        ((&'a mut Vertices, &'a mut Increment), (&'a Triangles, &'a Topology, &'a mut SolverScratch), &'a SolveResult);
-    for ((vertices, increment), (triangles, topology, scratch), result) in world.query_mut::<Query>().with::<&Contact>()
-    {
+    type Query<'a> = (
+        (&'a mut Vertices, &'a mut Increment),
+        (&'a Triangles, &'a Topology, &'a mut SolverScratch),
+        (&'a SolveResult, &'a Contact),
+    );
+    for ((vertices, increment), (triangles, topology, scratch), (result, contact)) in world.query_mut::<Query>() {
         if !result.is_in_step {
             continue;
         }
-        let obstacles = looked_at(&obstacles, increment);
+        let obstacles = looked_at(&obstacles, increment, contact);
         for v in 0..vertices.len() {
-            for moved in &obstacles {
+            for (entity, moved) in &obstacles {
                 let Some(held) = held(moved, increment.start[v], vertices.position[v]) else { continue };
-                if held.depth > (DEEP * topology.vertex_area(triangles, v as u32).sqrt()).max(bearable(moved)) {
-                    shift(vertices, increment, v, held.normal * held.depth * scratch.free[v], step);
+                if held.depth > (DEEP * topology.vertex_area(triangles, v as u32).sqrt()).max(bearable(moved, contact))
+                {
+                    let way = held.normal * held.depth * scratch.free[v];
+                    *scratch.contact.of(*entity) += shift(vertices, increment, v, way, step);
                 }
             }
         }
-        for moved in &obstacles {
-            faces::depenetrate(moved, (vertices, increment), (triangles, scratch), step);
+        for (entity, moved) in &obstacles {
+            let force = faces::depenetrate(moved, (vertices, increment), (triangles, scratch), step);
+            *scratch.contact.of(*entity) += force;
         }
         count += 1;
     }
@@ -285,59 +323,28 @@ pub fn prevent_tunnelling(world: &mut World, step: &StepContext) -> usize {
         return 0;
     }
     let mut count = 0;
-    type Query<'a> = ((&'a mut Vertices, &'a mut Increment), (&'a Triangles, &'a mut SolverScratch), &'a SolveResult);
-    for ((vertices, increment), (triangles, scratch), result) in world.query_mut::<Query>().with::<&Contact>() {
+    type Query<'a> =
+        ((&'a mut Vertices, &'a mut Increment), (&'a Triangles, &'a mut SolverScratch), (&'a SolveResult, &'a Contact));
+    for ((vertices, increment), (triangles, scratch), (result, contact)) in world.query_mut::<Query>() {
         if !result.is_in_step {
             continue;
         }
         count += 1;
-        for moved in &looked_at(&obstacles, increment) {
-            side::keep(moved, (&mut *vertices, &mut *increment), (triangles, &mut *scratch), step);
+        for (entity, moved) in &looked_at(&obstacles, increment, contact) {
+            let force = side::keep(moved, (&mut *vertices, &mut *increment), (triangles, &mut *scratch), step);
+            *scratch.contact.of(*entity) += force;
         }
     }
     count
 }
 
-/// Shifts a vertex within the step.
-fn shift(vertices: &mut Vertices, increment: &mut Increment, v: usize, way: DVec3, step: &StepContext) {
+/// Shifts a vertex within the step. Returns the force \[N\] that has as much impulse, M·Δv/s.
+fn shift(vertices: &mut Vertices, increment: &mut Increment, v: usize, way: DVec3, step: &StepContext) -> DVec3 {
     vertices.position[v] += way;
     increment.displacement[v] += way;
     increment.has_projected_vertices = true;
     increment.any_vertex_projected = true;
+    let before = vertices.velocity[v];
     vertices.velocity[v] = step.velocity_displacement(increment, v) * step.inv_effective_dt();
-}
-
-/// The friction \[N\] of an obstacle on a body as it is, which it was at `start` when the step began.
-pub fn friction_of(
-    (obstacle, obstacle_motion): (&Obstacle, Option<&ObstacleMotion>),
-    contact: &Contact,
-    (vertices, triangles, topology): (&Vertices, &Triangles, &Topology),
-    start: &[DVec3],
-) -> DVec3 {
-    if contact.friction == 0.0 || start.len() != vertices.len() {
-        return DVec3::ZERO;
-    }
-    let travel = Travel::of(obstacle, obstacle_motion);
-    let brake = |(v, x): (usize, &DVec3)| match obstacle.shape.distance(*x) {
-        Some((distance, normal)) if distance < 0.0 => {
-            let slip = travel.slip(start[v], *x);
-            let slip = slip - normal * slip.dot(normal);
-            let least = STICKING * topology.vertex_area(triangles, v as u32).sqrt();
-            let push = -distance * stiffness(contact, triangles, topology, v);
-            slip * (-contact.friction * push / slip.length().max(least))
-        }
-        _ => DVec3::ZERO,
-    };
-    vertices.position.iter().enumerate().map(brake).sum()
-}
-
-/// The force \[N\] of an obstacle on a body as it is, along its normals.
-pub fn force_of(obstacle: &Obstacle, contact: &Contact, body: (&Vertices, &Triangles, &Topology)) -> DVec3 {
-    let (vertices, triangles, topology) = body;
-    let push = |(v, x): (usize, &DVec3)| match obstacle.shape.distance(*x) {
-        Some((distance, normal)) if distance < 0.0 => normal * (-distance * stiffness(contact, triangles, topology, v)),
-        _ => DVec3::ZERO,
-    };
-    let at_vertices: DVec3 = vertices.position.iter().enumerate().map(push).sum();
-    at_vertices + faces::force_of(obstacle, contact, vertices, triangles)
+    (vertices.velocity[v] - before) * (vertices.mass[v] * step.inv_effective_dt())
 }

@@ -78,16 +78,16 @@ fn part_outside(shape: &Shape, from: [DVec3; 3], to: [DVec3; 3]) -> f64 {
     done
 }
 
-/// Holds corners back of triangles that would pass through an obstacle in the step.
+/// Holds corners back of triangles that would pass through an obstacle in the step. Returns the force \[N\] of the same impulse.
 pub(super) fn keep(
     (obstacle, travel): &Moved,
     (vertices, increment): (&mut Vertices, &mut Increment),
     (triangles, SolverScratch { free, sweeps, .. }): (&Triangles, &mut SolverScratch),
     step: &StepContext,
-) {
-    let shape = &obstacle.shape;
+) -> DVec3 {
+    let (shape, mut force) = (&obstacle.shape, DVec3::ZERO);
     if shape.least_half_width().is_infinite() {
-        return;
+        return force;
     }
     let counts = (vertices.len(), triangles.len());
     sweeps.begin();
@@ -108,7 +108,7 @@ pub(super) fn keep(
                 if way != DVec3::ZERO {
                     is_any = true;
                     sweeps.note(v, counts);
-                    shift(vertices, increment, v, way, step);
+                    force += shift(vertices, increment, v, way, step);
                 }
             }
         }
@@ -116,6 +116,7 @@ pub(super) fn keep(
             break;
         }
     }
+    force
 }
 
 #[cfg(test)]

@@ -36,6 +36,7 @@ mod folds;
 mod lanes;
 mod line_search;
 mod local_relaxation;
+pub mod momentum;
 pub mod nonlinear;
 mod place;
 mod solved;

@@ -1,10 +1,13 @@
-//! Reaction forces of position constraints: holds, and jaws that are a constraint.
+//! Reaction forces of a solve: of position constraints, which are holds and jaws, and of obstacles.
 
 use super::Operator;
-use crate::components::{Damping, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Reactions, SolveResult};
+use crate::components::{
+    Contact, ContactScratch, Damping, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Reactions,
+    SolveResult, SolverScratch,
+};
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::StepContext;
 use crate::systems::bending::DihedralAngles;
+use crate::systems::{StepContext, parallel};
 use glam::DVec3;
 
 /// Components that prescribe positions of vertices: holds, with their reactions, and grips.
@@ -64,4 +67,47 @@ pub fn of_part(world: &mut hecs::World, step: &StepContext) {
         };
         of_linear_step(&operator, forces, increment, step, prescribers);
     }
+}
+
+/// Forces of obstacles at the answer of a linearly implicit solve: f − K·δ, and the part of the vertex' residual A·δ − b that their stiffness
+/// has in the vertex block. Contacts are so stiff that a small residual is a large force.
+pub fn of_contacts(world: &mut hecs::World, step: &StepContext) -> usize {
+    if step.newton_iterations > 1 {
+        return 0;
+    }
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+        (&'a Forces, &'a Increment, &'a SolveResult, &'a mut SolverScratch),
+        (&'a ExternalStiffness, Option<&'a DihedralAngles>, Option<&'a Damping>),
+    );
+    parallel::for_bodies::<hecs::With<Query, &Contact>>(
+        world,
+        |(_, (_, _, result, scratch), _)| result.rows_to_solve(scratch.contact.touched.len()),
+        |(
+            (vertices, triangles, topology, frames),
+            (Forces { nodal, .. }, increment, result, scratch),
+            (external, folds, damping),
+        )| {
+            let operator = Operator {
+                external: Some(external),
+                folds,
+                inertia: step.inertia(),
+                viscosity: damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(),
+                ..Operator::membrane((vertices, triangles, topology, frames), result.tangent)
+            };
+            let SolverScratch { contact, free, .. } = scratch;
+            let ContactScratch { forces, touched, .. } = &mut **contact;
+            parallel::for_rows(touched, |_, touch| {
+                let v = touch.row as usize;
+                touch.force -= touch.block * increment.delta[v];
+                if !step.is_static {
+                    let known = nodal[v] + step.momentum(increment, v) * vertices.mass[v];
+                    let missed = (operator.apply_at(v, &increment.delta) - known) * free[v];
+                    touch.force += touch.block * (operator.vertex_block(v).inverse() * missed);
+                }
+            });
+            forces.iter_mut().for_each(|(_, force)| *force = DVec3::ZERO);
+            touched.iter().for_each(|touch| forces[touch.place as usize].1 += touch.force);
+        },
+    )
 }

@@ -1,5 +1,6 @@
 //! What touches a body: obstacles, forceps and other tools.
 
+mod balance;
 mod contact;
 mod contact_passing;
 mod grips;

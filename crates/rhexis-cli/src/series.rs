@@ -50,6 +50,8 @@ pub(super) struct Observation {
     pub torques: Vec<(String, DVec3)>,
     /// Force of every obstacle on the bodies \[N\]; none where no body feels them.
     pub obstacles: Vec<(String, DVec3)>,
+    /// Largest unbalanced force of a body that obstacles may push \[N\].
+    pub unbalanced: f64,
     /// Which of the reactions and which of the grips are those of each body, in the order of the scene's bodies.
     pub own: Vec<[Range<usize>; 2]>,
 }
@@ -74,6 +76,8 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
     for body in instance.bodies.clone() {
         let name = super::report::body_name(instance, body);
         let before = [o.reactions.len(), o.grips.len()];
+        let unbalanced = instance.simulation.unbalanced_force(body).ok().flatten();
+        o.unbalanced = unbalanced.map_or(o.unbalanced, |force| o.unbalanced.max(force.length()));
         if let Ok(energies) = instance.simulation.energies(body) {
             o.elastic += energies.elastic;
             o.kinetic += energies.kinetic;
@@ -146,6 +150,9 @@ impl Observation {
         for (name, _) in &self.torques {
             header.extend(["x", "y", "z"].map(|axis| format!("{name}_torque_{axis}_Nmm")));
         }
+        if !self.obstacles.is_empty() {
+            header.push("unbalanced_force_N".to_owned());
+        }
         header
     }
 
@@ -176,6 +183,9 @@ impl Observation {
         }
         for (_, torque) in &self.torques {
             row.extend(torque.to_array().map(|t| format!("{t:e}")));
+        }
+        if !self.obstacles.is_empty() {
+            row.push(format!("{:e}", self.unbalanced));
         }
         row
     }

@@ -212,7 +212,7 @@ impl Instance {
         self.step
     }
 
-    /// The force \[N\] of every obstacle on the bodies as they are, along its normals, in the order of the file.
+    /// The force \[N\] of every obstacle on the bodies in the last step, friction included, in the order of the file.
     pub fn obstacle_forces(&self) -> Vec<(String, DVec3)> {
         let obstacles = self.simulation.obstacles();
         let mut forces: Vec<(String, DVec3)> = self.obstacles.iter().map(|name| (name.clone(), DVec3::ZERO)).collect();

@@ -1,7 +1,9 @@
 //! Working memory of a body's solves.
 
 use crate::components::{Frames, FreeAxes, GuideConstraints, Outputs, OutputsMut, Stops};
+use crate::math::Sym3;
 use glam::{DVec2, DVec3};
+use hecs::Entity;
 
 /// Forces and energy by which a step of several Newton iterations or two stages is judged at its end; empty in others.
 #[derive(Clone, Debug, Default)]
@@ -68,6 +70,10 @@ pub struct SolverScratch {
     pub stops: Box<Stops>,
     /// Motion counts of the triangles that have to be put outside an obstacle.
     pub sweeps: Box<Sweeps>,
+    /// Forces of obstacles on the body.
+    pub(crate) contact: Box<ContactScratch>,
+    /// Loads and rate of momentum of the last solve.
+    pub(crate) momentum: Box<MomentumScratch>,
     /// Outputs of the last step, to be put back if this one is undone.
     pub outputs: Box<Outputs>,
     /// Twice the energy stored in the body \[mJ\], where the solve asks for it; else zero.
@@ -100,6 +106,8 @@ impl SolverScratch {
     /// Begins a step with the outputs of the last one.
     pub(crate) fn begin(&mut self, read: OutputsMut<'_>) {
         self.outputs.keep(read);
+        self.contact.keep();
+        self.momentum.before = self.momentum.balance;
         (self.is_counted, self.to_correct, self.line_search) = (false, None, None);
         self.reference_sq = 0.0;
         self.account.energy = None;
@@ -107,7 +115,89 @@ impl SolverScratch {
 
     /// Forgets the results of an undone attempt.
     pub(crate) fn forget_attempt(&mut self) {
+        self.contact.put_back();
+        self.momentum.balance = self.momentum.before;
         (self.twice_stored, self.to_correct, self.line_search) = (0.0, None, None);
+    }
+}
+
+/// Loads of a body and the rate of its momentum.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct MomentumBalance {
+    /// Sum of gravity, pressure, loads, springs and drag \[N\].
+    pub loads: DVec3,
+    /// Rate of the momentum \[N\].
+    pub rate: DVec3,
+}
+
+/// Balance of momentum of the last step; none before the first one of this process.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct MomentumScratch {
+    /// The balance of the last solve.
+    pub balance: Option<MomentumBalance>,
+    /// The balance as it was at the start of the step.
+    before: Option<MomentumBalance>,
+}
+
+/// Force and stiffness of an obstacle at a vertex.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Push {
+    /// Force at the evaluation \[N\].
+    pub force: DVec3,
+    /// −∂f/∂x \[N/mm\].
+    pub block: Sym3,
+}
+
+/// Force of an obstacle at a vertex, on its way along the solve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    /// Place of the obstacle among the forces.
+    pub place: u32,
+    /// Row of the vertex.
+    pub row: u32,
+    /// Force \[N\], at the evaluation and then in the solve's answer.
+    pub force: DVec3,
+    /// −∂f/∂x \[N/mm\].
+    pub block: Sym3,
+}
+
+/// Forces of obstacles on a body in its last solve, with the impulses of the corrections after it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ContactScratch {
+    /// Force of every obstacle \[N\], in the order of the evaluation.
+    pub forces: Vec<(Entity, DVec3)>,
+    /// Forces as they were at the start of the step.
+    before: Vec<(Entity, DVec3)>,
+    /// Whether `forces` belong to a step of this process; in a body just restored they do not.
+    pub is_known: bool,
+    was_known: bool,
+    /// Forces at every vertex in touch.
+    pub touched: Vec<Touch>,
+    /// Pushes of one obstacle at the vertices of a window.
+    pub pushes: Vec<Option<Push>>,
+}
+
+impl ContactScratch {
+    /// Keeps the forces of the last step.
+    fn keep(&mut self) {
+        self.before.clone_from(&self.forces);
+        self.was_known = self.is_known;
+    }
+
+    /// Puts the kept forces back.
+    fn put_back(&mut self) {
+        self.forces.clone_from(&self.before);
+        self.is_known = self.was_known;
+    }
+
+    /// The force of an obstacle, to be added to.
+    pub(crate) fn of(&mut self, obstacle: Entity) -> &mut DVec3 {
+        let found = self.forces.iter().position(|(other, _)| *other == obstacle);
+        let place = found.unwrap_or_else(|| {
+            self.forces.push((obstacle, DVec3::ZERO));
+            self.forces.len() - 1
+        });
+        &mut self.forces[place].1
     }
 }
 

@@ -1,4 +1,4 @@
-//! Motion of an obstacle in the step, and its friction on bodies.
+//! Motion of an obstacle in the step, and its forces on bodies.
 
 use crate::components::check::{Check, Host, Owner, finite};
 use crate::components::{BodyError, Shape};
@@ -14,11 +14,11 @@ pub struct ObstacleMotion {
     pub turn: Option<DMat3>,
 }
 
-/// The friction of an obstacle on bodies in the last step. *State.*
+/// Forces of an obstacle on bodies in the last step. *State.*
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct FrictionState {
-    /// Force on each body that it rubs \[N\], by the body's [`order`](crate::components::Body::order).
+pub struct ContactForces {
+    /// Force on each body that it touches \[N\], by the body's [`order`](crate::components::Body::order).
     pub forces: Vec<(u32, DVec3)>,
 }
 
@@ -31,10 +31,10 @@ impl Check for ObstacleMotion {
     }
 }
 
-impl Check for FrictionState {
+impl Check for ContactForces {
     const OWNER: Owner = Owner::Obstacle;
 
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.forces.iter().try_for_each(|(_, force)| finite("FrictionState", "friction", force.to_array()))
+        self.forces.iter().try_for_each(|(_, force)| finite("ContactForces", "force", force.to_array()))
     }
 }
