@@ -1,6 +1,7 @@
 //! Tears in scenes and in meshes of polygons: how they go, what they leave, cuts, what decides on them, refinement around them.
 
 mod account;
+mod balance;
 mod cuts;
 mod energy_criterion;
 mod fracture;
