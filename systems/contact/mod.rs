@@ -157,6 +157,8 @@ fn stiffness(contact: &Contact, triangles: &Triangles, topology: &Topology, v: u
 pub fn contact(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     if obstacles.is_empty() {
+        // Touches of obstacles that are gone.
+        world.query_mut::<&mut SolverScratch>().with::<&Contact>().into_iter().for_each(|s| s.contact.touched.clear());
         return 0;
     }
     type Query<'a> = (

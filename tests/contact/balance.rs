@@ -167,3 +167,21 @@ fn a_sheet_that_lands_gives_its_momentum_to_the_table_and_no_more() {
         assert!(fastest < 0.01, "{fastest} mm/ms");
     }
 }
+
+#[test]
+fn an_obstacle_that_is_taken_away_pushes_no_more() {
+    let sheet = Membrane::new("sheet", generate::grid(4.0, 4.0, 8, 8).unwrap(), Material::isotropic(1.0, 0.4, 0.2))
+        .with(Gravity { acceleration: DVec3::NEG_Z * 9.81e-3 })
+        .with(Contact::default());
+    let mut simulation = Simulation::new(Settings::default()).unwrap();
+    let body = simulation.spawn(sheet).unwrap();
+    let table = Obstacle { shape: Shape::Plane { point: DVec3::NEG_Z * 0.01, normal: DVec3::Z } };
+    let table = simulation.spawn_obstacle(table).unwrap();
+    (0..5).for_each(|_| _ = simulation.step(5.0).unwrap());
+    assert_eq!(simulation.contact_forces(body).unwrap().len(), 1);
+    simulation.despawn(table).unwrap();
+    simulation.step(5.0).unwrap();
+    assert_eq!(simulation.contact_forces(body).unwrap(), []);
+    let (off, weight) = (simulation.unbalanced_force(body).unwrap().unwrap(), 16.0 * 0.2e-3 * 9.81e-3);
+    assert!(off.length() < 1e-6 * weight && (rate(&simulation, body).z + weight).abs() < 1e-6 * weight, "{off}");
+}
