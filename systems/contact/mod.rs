@@ -37,7 +37,7 @@ const BEARABLE: f64 = 0.1;
 /// The slip in a step, over the length of an edge, from which on friction is Coulomb's; below it is in proportion to the slip.
 const STICKING: f64 = 1e-3;
 
-/// Vertices whose pushes are found side by side before they are added up in order: enough for all threads, and little memory.
+/// Vertices that are judged side by side before those in touch are listed in order: enough for all threads, and little memory.
 const WINDOW: usize = 4096;
 
 /// An obstacle at the end of the step, and how it has come there.
@@ -169,11 +169,10 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
         world,
         |((vertices, _, _, _, result, _), _)| result.rows_to_solve(vertices.len()),
         |((vertices, triangles, topology, increment, _, contact), (forces, external, scratch))| {
-            let ContactScratch { forces: of_obstacles, is_known, touched, pushes, .. } = &mut *scratch.contact;
+            let ContactScratch { forces: of_obstacles, is_known, touched, .. } = &mut *scratch.contact;
             of_obstacles.clear();
             touched.clear();
-            pushes.clear();
-            pushes.resize_with(vertices.len().min(WINDOW), || None);
+            let mut is_held = [false; WINDOW];
             *is_known = true;
             for (place, (entity, moved)) in (0..).zip(&obstacles) {
                 let push = |v: usize| {
@@ -197,22 +196,29 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                     }
                     Some(Push { force, block })
                 };
+                let first_touch = touched.len();
+                for first in (0..vertices.len()).step_by(WINDOW) {
+                    let found = &mut is_held[..(vertices.len() - first).min(WINDOW)];
+                    let is_pushed = |v: usize| held(moved, increment.start[v], vertices.position[v]).is_some();
+                    parallel::for_rows(found, |i, found| *found = is_pushed(first + i));
+                    let rows = (first as u32..).zip(found).filter(|(_, is_held)| **is_held).map(|(row, _)| row);
+                    touched.extend(rows.map(|row| Touch { place, row, ..Touch::default() }));
+                }
+                parallel::for_rows(&mut touched[first_touch..], |_, touch| {
+                    Push { force: touch.force, block: touch.block } = push(touch.row as usize).unwrap_or_default();
+                });
                 let mut sum = DVec3::ZERO;
-                let mut add = |v: usize, Push { force, block }: Push| {
+                for touch in &touched[first_touch..] {
+                    forces.nodal[touch.row as usize] += touch.force;
+                    external.block[touch.row as usize] += touch.block;
+                    sum += touch.force;
+                }
+                let add = |v: usize, Push { force, block }: Push| {
                     forces.nodal[v] += force;
                     external.block[v] += block;
                     touched.push(Touch { place, row: v as u32, force, block });
                     sum += force;
                 };
-                for first in (0..vertices.len()).step_by(WINDOW) {
-                    let count = (vertices.len() - first).min(WINDOW);
-                    let found = &mut pushes[..count];
-                    parallel::for_rows(found, |i, found| *found = push(first + i));
-                    (first..)
-                        .zip(found)
-                        .filter_map(|(v, found)| Some((v, found.take()?)))
-                        .for_each(|(v, push)| add(v, push));
-                }
                 faces::push(moved, contact, (vertices, triangles, &increment.start[..]), add);
                 of_obstacles.push((*entity, sum));
             }

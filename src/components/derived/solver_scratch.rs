@@ -149,7 +149,7 @@ pub(crate) struct Push {
 }
 
 /// Force of an obstacle at a vertex, on its way along the solve.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Touch {
     /// Place of the obstacle among the forces.
     pub place: u32,
@@ -173,8 +173,6 @@ pub(crate) struct ContactScratch {
     was_known: bool,
     /// Forces at every vertex in touch.
     pub touched: Vec<Touch>,
-    /// Pushes of one obstacle at the vertices of a window.
-    pub pushes: Vec<Option<Push>>,
 }
 
 impl ContactScratch {
