@@ -70,7 +70,7 @@ pub use state::energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub(crate) use state::energy_audit::{Equilibrium, Shares};
 #[doc(hidden)]
 pub use state::forceps::Pinch;
-pub use state::forceps::{Forceps, Grasp, Motion, Pose};
+pub use state::forceps::{Forceps, Grasp, JawsTarget, Motion, Pose};
 #[doc(hidden)]
 pub use state::guard::{Fault, GuardFigures};
 #[doc(hidden)]

@@ -129,7 +129,7 @@ impl Simulation {
             }
         }
         for pinch in grips.filter(|_| which.grips).into_iter().flat_map(|grips| &grips.pinches) {
-            for (row, target) in pinch.targets(time) {
+            for (row, target) in pinch.targets(pinch.pose(time)) {
                 let Some(&at) = vertices.position.get(row as usize) else { continue };
                 push(DebugKind::Grip, at, target);
             }

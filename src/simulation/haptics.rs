@@ -329,7 +329,9 @@ impl Simulation {
         let (vertices, triangles, topology, grips) = query.get().map_err(|_| HapticError::NoSuchBody)?;
         let closed = grips.and_then(|grips| grips.pinches.get(grip)).filter(|pinch| pinch.is_closed());
         let pinch = closed.ok_or(HapticError::NotClosed(grip))?;
-        let targets = pinch.targets(self.report.time).filter_map(|(row, point)| Some((row, vertices.key(row)?, point)));
+        let targets = pinch
+            .targets(pinch.pose(self.report.time))
+            .filter_map(|(row, point)| Some((row, vertices.key(row)?, point)));
         let Some(stiffness) = pinch.jaws.stiffness else {
             let rest = |row: u32| vertices.rest_position[row as usize];
             let pins = targets.map(|(row, vertex, place)| Pin { vertex, rest_position: rest(row), place }).collect();

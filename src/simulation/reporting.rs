@@ -1,7 +1,7 @@
 //! The report of a step or a static solve, and the part kept of one that is undone.
 
 use super::Simulation;
-use crate::components::{Body, GuardLedger, Increment, Refined, Sleeping, SolveResult, TearLog};
+use crate::components::{Body, Grips, GuardLedger, Increment, Refined, Sleeping, SolveResult, TearLog};
 use crate::event::{Event, EventKind};
 use crate::report::{BodyReport, GuardFigures};
 use crate::storage::{BodyId, Tips, Triangles, Vertices};
@@ -46,10 +46,14 @@ impl Simulation {
         report.bodies.clear();
         type Query<'a> = (
             (Entity, &'a Vertices, &'a Triangles, Option<&'a Tips>, &'a TearLog),
-            (&'a Increment, &'a SolveResult, &'a GuardLedger, Option<&'a Sleeping>, Option<&'a Refined>),
+            (&'a Increment, &'a SolveResult, &'a GuardLedger),
+            (Option<&'a Sleeping>, Option<&'a Refined>, Option<&'a Grips>),
         );
         let mut bodies = world.query::<Query>().with::<&Body>();
-        for ((body, vertices, triangles, tips, log), (increment, result, ledger, sleeping, refined)) in &mut bodies {
+        for ((body, vertices, triangles, tips, log), (increment, result, ledger), (sleeping, refined, grips)) in
+            &mut bodies
+        {
+            let closed = grips.into_iter().flat_map(|grips| &grips.pinches).filter(|pinch| pinch.is_closed());
             report.bodies.push(BodyReport {
                 body: body.into(),
                 vertex_count: vertices.len(),
@@ -73,6 +77,7 @@ impl Simulation {
                 any_substep_limited: increment.any_substep_limited,
                 any_vertex_projected: increment.any_vertex_projected,
                 relaxed_vertices: increment.relaxed,
+                hand_ahead: closed.map(|pinch| pinch.hand_ahead(report.time)).fold(0.0, f64::max),
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,
                 guard: *increment.guard,

@@ -216,6 +216,31 @@ impl Simulation {
         self.world.get::<&Forceps>(forceps.entity()).map(|tool| (*tool).clone()).map_err(|_| ToolError::NoSuchForceps)
     }
 
+    /// Distance \[mm\] of forceps from where their jaws draw the tissue to, for the held vertex that is farthest from its place: above zero where
+    /// steps were limited. Open forceps have none.
+    ///
+    /// # Errors
+    /// If there are no such forceps.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// # let jaws = Jaws { radius: 1.5, stiffness: Some(0.2), force_limit: None, slip: Slip::Slide };
+    /// # let forceps = simulation.spawn_forceps("forceps", jaws, Pose::at(DVec3::new(5.0, 5.0, 0.0)))?;
+    /// simulation.close_forceps(forceps, body, &Grasp::Nearest { reach: 1.0 })?;
+    /// simulation.move_forceps(forceps, Pose::at(DVec3::new(5.1, 5.0, 0.0)), 16.0)?;
+    /// simulation.step(16.0)?;
+    /// assert_eq!(simulation.hand_ahead(forceps)?, 0.0);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
+    pub fn hand_ahead(&self, forceps: ForcepsId) -> Result<f64, ToolError> {
+        let body = self.world.get::<&Forceps>(forceps.entity()).map_err(|_| ToolError::NoSuchForceps)?.body;
+        let grips = body.and_then(|body| self.world.get::<&Grips>(body.entity()).ok());
+        let pinch = grips.as_ref().and_then(|grips| grips.pinches.iter().find(|pinch| pinch.forceps == Some(forceps)));
+        Ok(pinch.map_or(0.0, |pinch| pinch.hand_ahead(self.report.time)))
+    }
+
     fn pinch_mut(&mut self, body: BodyId, forceps: ForcepsId) -> Option<&mut Pinch> {
         let grips = self.world.query_one_mut::<&mut Grips>(body.entity()).ok()?;
         grips.pinches.iter_mut().find(|pinch| pinch.forceps == Some(forceps))

@@ -1,6 +1,6 @@
 //! A number that tells two states apart.
 
-use crate::components::{Body, Grips};
+use crate::components::{Body, Grips, JawsTarget};
 use crate::math::Sym2;
 use crate::storage::{Tips, Triangles, Vertices};
 use glam::DVec3;
@@ -18,7 +18,8 @@ use xxhash_rust::xxh3::Xxh3;
 /// - number of triangles, their keys, corners, fibres, elastic constants, thicknesses, densities, and pre-stretches, strengths and
 ///   toughnesses where some are not the body's own;
 /// - number of tips, their keys, vertices, last directions, ideal points, criterion values, falls of G/G_c, marks;
-/// - for every grip the number of held vertices, their rows and their places in the jaws.
+/// - for every grip the number of held vertices, their rows and their places in the jaws, and the jaws' target and its pace where it is behind
+///   the hand.
 ///
 /// It takes column after column, each from the first row to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -76,10 +77,15 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
             tips.criterion.iter().chain(&tips.fall).for_each(|&value| hash.real(value));
             tips.is_refused.iter().chain(&tips.is_coarse).for_each(|&mark| hash.row(u32::from(mark)));
         }
-        for held in grips.iter().flat_map(|grips| &grips.pinches).map(|pinch| &pinch.held) {
-            hash.whole(held.rows().len() as u64);
-            held.rows().iter().for_each(|&row| hash.row(row));
-            hash.points(held.values());
+        for pinch in grips.iter().flat_map(|grips| &grips.pinches) {
+            hash.whole(pinch.held.rows().len() as u64);
+            pinch.held.rows().iter().for_each(|&row| hash.row(row));
+            hash.points(pinch.held.values());
+            // Not of jaws that go with the hand.
+            if let Some(JawsTarget { pose, pace }) = pinch.paced() {
+                hash.points(&[pose.position]);
+                pose.orientation.to_array().into_iter().chain([*pace]).for_each(|value| hash.real(value));
+            }
         }
     }
     StateHash(hash.0.digest())

@@ -88,7 +88,7 @@ fn mark_pinched(
     let mut prescribed = std::mem::take(&mut pinch.prescribed);
     prescribed.clear();
     if pinch.is_constraint() {
-        for (row, target) in pinch.targets(time) {
+        for (row, target) in pinch.targets(pinch.motion.at(time)) {
             let v = row as usize;
             let axes = scratch.free[v];
             scratch.free.set(v, DVec3::ZERO);

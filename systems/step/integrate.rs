@@ -56,6 +56,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.delta.extend(increment.displacement.iter().map(|&u| u * scale));
             increment.displacement.fill(DVec3::ZERO);
             increment.dt = step.dt;
+            increment.unapplied = if step.is_static { 0.0 } else { 1.0 };
 
             mark_axes(vertices, increment, scratch, prescription, planar, step.time);
         },
@@ -144,6 +145,7 @@ pub fn integrate(world: &mut hecs::World, step: &StepContext) -> usize {
         |(vertices, increment, _)| {
             let Increment { displacement, delta, .. } = &mut *increment;
             parallel::for_rows(displacement, |v, u| *u += delta[v]);
+            increment.unapplied *= 1.0 - increment.applied;
             let Increment { start, displacement, .. } = &*increment;
             parallel::for_rows(&mut vertices.position, |v, x| *x = start[v] + displacement[v]);
             let inv_effective_dt = step.inv_effective_dt();

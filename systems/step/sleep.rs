@@ -89,7 +89,8 @@ pub fn fall_asleep(world: &mut hecs::World, step: &StepContext) -> usize {
             _ => 0,
         },
         |(mut body, (sleeping, log), tears, contact, drive)| {
-            if !(is_ready(sleeping, &body, step) && will_stay(sleeping, &body, tears)) {
+            let is_drawn = drive.0.3.is_some_and(|grips| grips.pinches.iter().any(|pinch| pinch.paced().is_some()));
+            if !(is_ready(sleeping, &body, step) && will_stay(sleeping, &body, tears)) || is_drawn {
                 return;
             }
             let Sleeping { strain, state, .. } = sleeping;

@@ -2,7 +2,8 @@
 
 use super::PinchSelection;
 use crate::components::{
-    ExternalStiffness, Forceps, Forces, Grip, Grips, Motion, NearTip, Pinch, Pose, Slip, SolveResult, TearLog,
+    ExternalStiffness, Forceps, Forces, Grip, Grips, Increment, Motion, NearTip, Pinch, Pose, Slip, SolveResult,
+    TearLog,
 };
 use crate::event::EventKind;
 use crate::math::{Sym3, elementary};
@@ -15,19 +16,23 @@ use smallvec::SmallVec;
 /// A sum of steps may miss a time by so much of a step.
 const TIME_ROUNDING: f64 = 1e-6;
 
+/// Smallest part of its way that a target may go before tissue slips.
+const LEAST_PART: f64 = 1e-3;
+
 /// Closes, moves and opens the jaws of scripts, and opens those of forceps that are no more.
 pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     let forceps: SmallVec<[Entity; 8]> =
         world.query_mut::<(Entity, &Forceps)>().into_iter().map(|(forceps, _)| forceps).collect();
     type Query<'a> = ((&'a Vertices, &'a Triangles, &'a Topology, Option<&'a Tips>), (&'a mut Grips, &'a SolveResult));
+    let (start, end) = (step.end() - step.dt, step.end());
     for ((vertices, triangles, topology, tips), (grips, result)) in world.query_mut::<Query>() {
+        let Grips { list, pinches, grasp_count } = grips;
+        pinches.iter_mut().for_each(|pinch| pinch.begin(start, step.is_static));
         if !result.is_active() {
             continue;
         }
-        let Grips { list, pinches, grasp_count } = grips;
         pinches.retain(|pinch| pinch.forceps.is_none_or(|entity| forceps.contains(&entity.entity())));
-        let (start, end) = (step.end() - step.dt, step.end());
         for (grip, pinch) in list.iter().zip(pinches.iter_mut()) {
             // Judged where the step begins, which is one time for a step and for the first half in which it is retried.
             let now = if step.is_static { end } else { start + TIME_ROUNDING * step.dt };
@@ -66,7 +71,7 @@ pub fn grip(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         for pinch in &grips.pinches {
             let stiffness = shared_stiffness(pinch, triangles, topology);
-            for (row, target) in pinch.targets(step.time) {
+            for (row, target) in pinch.targets(pinch.aim(step.time)) {
                 let (v, stiffness) = (row as usize, stiffness(row));
                 forces.nodal[v] += (target - vertices.position[v]) * stiffness;
                 external.block[v] += Sym3::isotropic(stiffness);
@@ -77,27 +82,32 @@ pub fn grip(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
-/// Records the spring forces where the step has ended, lets tissue slip that is pulled too hard, and reports the forces to the
-/// forceps.
+/// Moves the jaws' targets to where the step has ended, records the spring forces there, lets tissue slip that is pulled too hard, and
+/// reports the forces to the forceps.
 pub fn feel(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     let mut told: SmallVec<[(Entity, DVec3, DVec3, bool); 8]> = SmallVec::new();
-    type Query<'a> = ((&'a Vertices, &'a Triangles, &'a Topology, &'a SolveResult), (&'a mut Grips, &'a mut TearLog));
-    for ((vertices, triangles, topology, result), (grips, log)) in world.query_mut::<Query>() {
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a Topology),
+        (&'a Increment, &'a SolveResult),
+        (&'a mut Grips, &'a mut TearLog),
+    );
+    for ((vertices, triangles, topology), (increment, result), (grips, log)) in world.query_mut::<Query>() {
         if !result.is_in_step {
             continue;
         }
         count += usize::from(grips.pinches.iter().any(Pinch::is_closed));
         let scripts = grips.list.len();
         for (k, pinch) in grips.pinches.iter_mut().enumerate().filter(|(_, pinch)| pinch.is_closed()) {
+            let stiffness = shared_stiffness(pinch, triangles, topology);
+            let pose = pinch.follow(step.time, part_of_way(pinch, vertices, &stiffness, (increment, result), step));
             if !pinch.is_constraint() {
-                let stiffness = shared_stiffness(pinch, triangles, topology);
-                pinch.record(step.time, |_, row, target| {
+                pinch.record(pose, |_, row, target| {
                     let point = vertices.position[row as usize];
                     (point, (target - point) * stiffness(row))
                 });
             }
-            let is_open = slip(pinch, vertices, step.time, log);
+            let is_open = slip(pinch, vertices, &pose, log);
             if let Some(forceps) = pinch.forceps {
                 told.push((forceps.entity(), pinch.force, pinch.torque, is_open));
             }
@@ -121,9 +131,34 @@ pub fn feel(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
+/// Part of the way of a step that the target of jaws goes: the fraction of the increment that the body has applied. Where the budget has cut
+/// short the solve of a jump, its residual stretches the springs: there, and in limited steps, the way is halved until the jaws can hold.
+fn part_of_way(
+    pinch: &Pinch,
+    vertices: &Vertices,
+    stiffness: impl Fn(u32) -> f64,
+    (increment, result): (&Increment, &SolveResult),
+    step: &StepContext,
+) -> f64 {
+    let mut part = 1.0 - increment.unapplied;
+    let (Some(start), Some(limit), Some(whole)) = (pinch.start, pinch.jaws.force_limit, pinch.jaws.stiffness) else {
+        return part;
+    };
+    let aim = pinch.aim(step.time);
+    let is_jump = || pinch.is_paced() || whole * pinch.way(&start.pose, &aim) > limit;
+    if part < 1.0 || result.is_cut_short && is_jump() {
+        let pull = |(row, target): (u32, DVec3)| (target - vertices.position[row as usize]) * stiffness(row);
+        let force = |part: f64| pinch.targets(start.pose.towards(&aim, part)).map(pull).sum::<DVec3>().length();
+        while part > LEAST_PART && force(part) > limit {
+            part *= 0.5;
+        }
+    }
+    part
+}
+
 /// Judges the force by its limit: whether the jaws let go. Tissue that slides comes to rest in the jaws where its springs pull with
 /// the limit.
-fn slip(pinch: &mut Pinch, vertices: &Vertices, time: f64, log: &mut TearLog) -> bool {
+fn slip(pinch: &mut Pinch, vertices: &Vertices, pose: &Pose, log: &mut TearLog) -> bool {
     let force = pinch.force.length();
     let Some(limit) = pinch.jaws.force_limit.filter(|&limit| force > limit) else {
         pinch.has_slipped = false;
@@ -134,7 +169,7 @@ fn slip(pinch: &mut Pinch, vertices: &Vertices, time: f64, log: &mut TearLog) ->
         log.pending.push(EventKind::Slipped { jaws: pinch.name.clone(), force, is_open });
     }
     if !is_open {
-        let (pose, part) = (pinch.motion.at(time), limit / force);
+        let part = limit / force;
         for (row, place) in pinch.held.entries_mut() {
             let point = vertices.position[row as usize];
             *place = pose.place(point.lerp(pose.carry(*place), part));

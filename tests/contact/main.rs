@@ -4,5 +4,6 @@ mod balance;
 mod contact;
 mod contact_passing;
 mod grips;
+mod limited_grasps;
 mod lips;
 mod tools;

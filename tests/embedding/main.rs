@@ -13,6 +13,8 @@ mod hostile_calls;
 mod migration;
 mod obstacles;
 mod one_bad_body;
+#[cfg(feature = "snapshot")]
+mod play;
 mod reorder;
 mod replay;
 mod rollback;

@@ -714,6 +714,10 @@ typedef struct {
      * The body that they hold; none where they are open.
      */
     RhexisEntity body;
+    /**
+     * Distance of the hand from where the jaws draw the tissue to [mm]: above zero after steps that were limited.
+     */
+    double hand_ahead;
 } RhexisForcepsState;
 
 /**

@@ -179,6 +179,7 @@ pub extern "C" fn rhexis_forceps_state(
                 pose: tool.motion.at(now).into(),
                 force: tool.force.into(),
                 torque: tool.torque.into(),
+                hand_ahead: simulation.hand_ahead(forceps).map_err(refused)?,
                 body: tool.body.map_or(Ok(RhexisEntity::default()), |body| world.handle(body))?,
             })
         })?;

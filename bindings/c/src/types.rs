@@ -231,6 +231,8 @@ pub struct RhexisForcepsState {
     pub torque: RhexisVec3,
     /// The body that they hold; none where they are open.
     pub body: RhexisEntity,
+    /// Distance of the hand from where the jaws draw the tissue to \[mm\]: above zero after steps that were limited.
+    pub hand_ahead: f64,
 }
 
 /// A vertex that is pinned.

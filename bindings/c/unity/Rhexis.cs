@@ -352,6 +352,8 @@ namespace Rhexis
         public RhexisVec3 torque;
         /// <summary>The body that they hold; none where they are open.</summary>
         public RhexisEntity body;
+        /// <summary>Distance of the hand from where the jaws draw the tissue to [mm]: above zero after steps that were limited.</summary>
+        public double hand_ahead;
     }
 
     /// <summary>What a cut has done.</summary>

@@ -133,7 +133,7 @@ impl World {
         })
     }
 
-    /// Where forceps are, what they hold, and with which force.
+    /// Where forceps are, what they hold, with which force, and how far the hand is ahead of the jaws \[mm\].
     fn forceps<'py>(&self, py: Python<'py>, forceps: Entity) -> PyResult<Bound<'py, PyDict>> {
         self.look(|state| {
             let forceps = ForcepsId::from(state.entity(forceps)?);
@@ -146,6 +146,7 @@ impl World {
             told.set_item("force", of_vector(py, tool.force))?;
             told.set_item("torque", of_vector(py, tool.torque))?;
             told.set_item("body", tool.body.map(|body| state.handle(body)))?;
+            told.set_item("hand_ahead", state.simulation().hand_ahead(forceps).map_err(refused)?)?;
             Ok(told)
         })
     }

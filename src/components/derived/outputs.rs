@@ -50,6 +50,7 @@ impl Outputs {
         }
         for (k, pinch) in grips.into_iter().flat_map(|grips| &mut grips.pinches).enumerate() {
             [pinch.force, pinch.torque] = self.pinches.get(k).copied().unwrap_or_default();
+            pinch.target = pinch.start.or(pinch.target);
         }
         if let Some((tips, decisions)) = tears {
             for (tip, value) in tips.criterion.iter_mut().enumerate() {

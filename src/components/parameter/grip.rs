@@ -110,7 +110,9 @@ impl Grips {
             forces.extend(
                 pinch.held.rows().iter().zip(&pinch.prescribed).map(|(&row, axes)| force(row as usize) * *axes),
             );
-            pinch.record(time, |place, _, target| (target, forces.get(place).copied().unwrap_or_default()));
+            pinch.record(pinch.motion.at(time), |place, _, target| {
+                (target, forces.get(place).copied().unwrap_or_default())
+            });
             pinch.forces = forces;
         }
     }
@@ -167,6 +169,9 @@ impl Check for Grips {
             }
             pinch.jaws.validate("Grips")?;
             pinch.motion.validate("Grips")?;
+            if let Some(target) = &pinch.target {
+                target.validate("Grips")?;
+            }
             if !pinch.origin.is_sound() {
                 return wrong("where jaws closed is no pose: finite numbers, and a unit quaternion");
             }

@@ -24,7 +24,8 @@ pub struct Jaws {
     /// Stiffness of the whole pinch \[N/mm\], shared by rest area (a third of a vertex's triangles'): a finer mesh, or a tear
     /// between the jaws, does not make it stiffer. `None` is a constraint.
     pub stiffness: Option<f64>,
-    /// Most force \[N\] that they can hold; `None` for no limit. Judged after every step, so that one step may exceed it.
+    /// Most force \[N\] that they can hold; `None` for no limit. Judged after every step, so that one step may exceed it. In a step that is limited,
+    /// and after a jump that a budget cuts short, it is judged on the part of the hand's way that springy jaws have gone with the tissue.
     pub force_limit: Option<f64>,
     /// Behaviour beyond the force limit.
     pub slip: Slip,

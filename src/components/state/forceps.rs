@@ -126,9 +126,33 @@ pub enum Grasp {
     Vertices(Vec<VertexKey>),
 }
 
+/// Least way of a target in a step, as a fraction of the way to the hand (`examples/play`, seeds 1 to 5).
+const LEAST_PACE: f64 = 0.1;
+
+/// Growth of the pace in a step that nothing else limits (`examples/play`, seeds 1 to 5).
+const PACE_GROWTH: f64 = 2.0;
+
+/// Place to which jaws with a stiffness draw the tissue: the hand's pose, or behind it after steps that were limited.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct JawsTarget {
+    /// Pose of the jaws for which the springs are at rest.
+    pub pose: Pose,
+    /// Longest way of a held vertex in a step \[mm\]; infinite where the target goes with the hand.
+    pub pace: f64,
+}
+
+impl JawsTarget {
+    /// A target that goes with the hand.
+    pub fn with_hand(pose: Pose) -> Self {
+        Self { pose, pace: f64::INFINITY }
+    }
+}
+
 /// Tissue of a body that closed jaws hold. *State*, but for values that the step computes.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(from = "super::saved_pinch::Bytes", into = "super::saved_pinch::Bytes"))]
 pub struct Pinch {
     /// Name in events.
     pub name: String,
@@ -150,8 +174,13 @@ pub struct Pinch {
     pub torque: DVec3,
     /// Whether the tissue is sliding, or has been let go of.
     pub has_slipped: bool,
+    /// Where the jaws draw the tissue to; `None` of open ones, and where a snapshot of an earlier version is without.
+    pub target: Option<JawsTarget>,
+    /// *Derived*: `target` at the start of the step.
+    pub start: Option<JawsTarget>,
+    /// *Derived*: longest way of the target in this step \[mm\]; infinite for any.
+    pub pace: f64,
     /// *Derived*: force \[N\] on each vertex held, of jaws that prescribe, at the last step.
-    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub forces: Vec<DVec3>,
 }
 
@@ -166,17 +195,83 @@ impl Pinch {
         self.is_closed() && self.jaws.stiffness.is_none()
     }
 
-    /// Where the jaws want the vertices that they hold at a time \[ms\]: rows and points \[mm\].
-    pub fn targets(&self, time: f64) -> impl Iterator<Item = (u32, DVec3)> + '_ {
-        let pose = self.motion.at(time);
+    /// Whether the jaws draw by springs.
+    pub fn is_elastic(&self) -> bool {
+        self.is_closed() && self.jaws.stiffness.is_some()
+    }
+
+    /// Points \[mm\] to which jaws in a pose want the vertices that they hold, with their rows.
+    pub fn targets(&self, pose: Pose) -> impl Iterator<Item = (u32, DVec3)> + '_ {
         self.held.rows().iter().zip(self.held.values()).map(move |(&row, &place)| (row, pose.carry(place)))
     }
 
-    /// Sums up the forces \[N\] on the vertices held, each given with its point of space \[mm\], at a time \[ms\].
-    pub fn record(&mut self, time: f64, forces: impl Fn(usize, u32, DVec3) -> (DVec3, DVec3)) {
-        let centre = self.motion.at(time).position;
+    /// Begins a step, or a part of one that is retried, at a time \[ms\]. A static solve has no pace.
+    pub(crate) fn begin(&mut self, time: f64, is_static: bool) {
+        let target = self.target.unwrap_or_else(|| JawsTarget::with_hand(self.motion.at(time)));
+        self.target = self.is_closed().then_some(target);
+        self.start = self.target;
+        self.pace = if is_static { f64::INFINITY } else { target.pace };
+    }
+
+    /// Whether the target goes no farther than a pace in this step.
+    pub(crate) fn is_paced(&self) -> bool {
+        self.is_elastic() && self.pace < f64::INFINITY
+    }
+
+    /// Pose that the step aims at, at a time \[ms\] in it: the hand's, or as far towards it as the pace allows.
+    pub fn aim(&self, time: f64) -> Pose {
+        let hand = self.motion.at(time);
+        let Some(start) = self.start.filter(|_| self.is_paced()) else { return hand };
+        let way = self.way(&start.pose, &hand);
+        let most = self.pace.max(LEAST_PACE * way);
+        if way <= most { hand } else { start.pose.towards(&hand, most / way) }
+    }
+
+    /// Pose of the jaws between steps, at the time reached \[ms\]: that of the target where it is behind the hand.
+    pub fn pose(&self, time: f64) -> Pose {
+        self.paced().map_or_else(|| self.motion.at(time), |target| target.pose)
+    }
+
+    /// Target of the jaws, if it is behind the hand after a limited step.
+    pub fn paced(&self) -> Option<&JawsTarget> {
+        self.target.as_ref().filter(|target| target.pace < f64::INFINITY)
+    }
+
+    /// Distance \[mm\] of the hand from the target of its jaws, for the held vertex that is farthest from its place.
+    pub fn hand_ahead(&self, time: f64) -> f64 {
+        self.target.map_or(0.0, |target| self.way(&target.pose, &self.motion.at(time)))
+    }
+
+    /// Longest way \[mm\] of a held vertex from one pose to another.
+    pub(crate) fn way(&self, from: &Pose, to: &Pose) -> f64 {
+        if from == to {
+            return 0.0;
+        }
+        let ways = self.held.values().iter().map(|&place| from.carry(place).distance(to.carry(place)));
+        ways.fold(0.0, f64::max)
+    }
+
+    /// Moves the target a part of the way to where the step has aimed at a time \[ms\], and gives its pose.
+    pub(crate) fn follow(&mut self, time: f64, part: f64) -> Pose {
+        let aim = self.aim(time);
+        let target = match self.start.filter(|_| self.is_elastic()) {
+            Some(start) if part < 1.0 => {
+                JawsTarget { pose: start.pose.towards(&aim, part), pace: part * self.way(&start.pose, &aim) }
+            }
+            Some(start) if aim != self.motion.at(time) => {
+                JawsTarget { pose: aim, pace: PACE_GROWTH * self.way(&start.pose, &aim) }
+            }
+            _ => JawsTarget::with_hand(aim),
+        };
+        self.target = Some(target);
+        target.pose
+    }
+
+    /// Sums up the forces \[N\] of jaws in a pose on the vertices held, each given with its point of space \[mm\].
+    pub fn record(&mut self, pose: Pose, forces: impl Fn(usize, u32, DVec3) -> (DVec3, DVec3)) {
+        let centre = pose.position;
         let (mut sum, mut torque) = (DVec3::ZERO, DVec3::ZERO);
-        for (place, (row, target)) in self.targets(time).enumerate() {
+        for (place, (row, target)) in self.targets(pose).enumerate() {
             let (point, force) = forces(place, row, target);
             sum += force;
             torque += (point - centre).cross(force);
@@ -189,11 +284,14 @@ impl Pinch {
         let place = |row: u32| pose.place(vertices.position[row as usize]);
         self.held.replace(rows.into_iter().map(|row| (row, place(row))));
         self.has_slipped = false;
+        self.target = Some(JawsTarget::with_hand(*pose));
+        (self.start, self.pace) = (self.target, f64::INFINITY);
     }
 
     /// Opens the jaws.
     pub fn release(&mut self) {
         self.held.replace([]);
+        (self.target, self.start) = (None, None);
         self.prescribed.clear();
         self.forces.clear();
         (self.force, self.torque) = (DVec3::ZERO, DVec3::ZERO);
@@ -206,6 +304,15 @@ impl Motion {
         let are_times = self.start.is_finite() && self.end.is_finite() && self.start <= self.end;
         let what = "a motion needs finite times in their order, and poses of finite numbers with a unit quaternion";
         let is_right = are_times && self.from.is_sound() && self.to.is_sound();
+        is_right.then_some(()).ok_or(BodyError::Contradiction { component, what })
+    }
+}
+
+impl JawsTarget {
+    /// Judges pose and pace as a part of a component.
+    pub(crate) fn validate(&self, component: &'static str) -> Result<(), BodyError> {
+        let what = "a target of jaws needs a pose of finite numbers with a unit quaternion, and a pace of zero or more";
+        let is_right = self.pose.is_sound() && self.pace >= 0.0;
         is_right.then_some(()).ok_or(BodyError::Contradiction { component, what })
     }
 }

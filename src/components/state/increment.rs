@@ -27,6 +27,12 @@ pub struct Increment {
     /// Elastic energy \[mJ\] at the strain below which tissue counts as slack; `None` after an edit.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub slack_energy: Option<f64>,
+    /// Fraction of the answer of the last solve that is applied.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub applied: f64,
+    /// Fraction of the step's increment that is not applied: 1 at its start, 0 once a whole answer was.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub unapplied: f64,
     /// Whether only a fraction of the increment of the last solve was applied.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_fraction: bool,
@@ -70,6 +76,7 @@ impl Increment {
     /// Scales the last solve's answer along free axes by `part`.
     pub(crate) fn take_fraction(&mut self, free: &FreeAxes, part: f64) {
         if part < 1.0 {
+            self.applied = part;
             self.delta.iter_mut().zip(free).for_each(|(delta, free)| *delta = fraction_of(*delta, *free, part));
         }
     }

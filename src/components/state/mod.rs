@@ -9,6 +9,8 @@ pub(super) mod increment;
 pub(super) mod ligament_failure;
 pub(super) mod obstacle_motion;
 pub(super) mod refined;
+#[cfg(feature = "snapshot")]
+mod saved_pinch;
 pub(super) mod sleep_state;
 pub(super) mod solve_result;
 pub(super) mod step_forces;

@@ -80,7 +80,7 @@ fn solve_body(
     // Before the first increment prescribed motion is still to come.
     let has_begun = result.newton_iterations > 1;
     scratch.least_imbalance = if has_begun { scratch.least_imbalance.min(imbalance_before) } else { f64::INFINITY };
-    (increment.is_fraction, increment.has_projected_vertices) = (false, false);
+    (increment.is_fraction, increment.applied, increment.has_projected_vertices) = (false, 1.0, false);
     let force_scale = imbalance(vertices, forces, increment, (result, scratch), step);
     // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
     if step.newton_iterations > 1 {
@@ -169,6 +169,7 @@ fn solve_body(
                 scratch.residual_work = residual_work(increment, scratch);
             }
             note(&info, &params, result, scratch);
+            result.is_cut_short = step.budget.is_some() && !info.is_solved;
         }
         // No answer: a value that is not finite is caught after the step, which is then rolled back.
         Err(_) => result.linear_residual = f64::NAN,

@@ -47,6 +47,7 @@ class _ForcepsState(TypedDict):
     force: _F64
     torque: _F64
     body: Entity | None
+    hand_ahead: float
 
 class _Pins(TypedDict):
     vertices: _U64

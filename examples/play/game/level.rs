@@ -1,6 +1,6 @@
 //! The level: a dome of cloth hung on two corners, and a smaller one beside it that comes and goes.
 
-use crate::{Renderer, Result};
+use super::{Renderer, Result};
 use glam::{DQuat, DVec2, DVec3};
 use rhexis::components::{Changes, Damping, Drag, Fibres, Gravity, Material, TearMode, Tearing};
 use rhexis::membrane::Membrane;

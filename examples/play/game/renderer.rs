@@ -1,7 +1,7 @@
 //! What a renderer keeps of every body: indices, texture coordinates and rest shape that follow the changes of the mesh, positions and
 //! normals that are written anew for each picture.
 
-use crate::Result;
+use super::Result;
 use glam::{DVec2, DVec3};
 use rhexis::components::{Change, ChangeSet};
 use rhexis::simulation::{FixedStep, Simulation, normals};

@@ -20,11 +20,28 @@ pub struct Summary {
     quiet: usize,
     without_allocation: usize,
     counts: BTreeMap<&'static str, u32>,
+    /// How far the hand was ahead of its jaws in every frame in which they hold \[mm\].
+    ahead: Vec<f64>,
 }
 
 impl Summary {
     pub fn count(&mut self, what: &'static str) {
         *self.counts.entry(what).or_default() += 1;
+    }
+
+    /// How often something was counted.
+    pub fn counted(&self, what: &str) -> u32 {
+        self.counts.get(what).copied().unwrap_or(0)
+    }
+
+    /// Frames in which the jaws hold tissue.
+    pub fn held(&self) -> usize {
+        self.ahead.len()
+    }
+
+    /// A frame in which the jaws hold tissue and the hand is so far ahead of them \[mm\].
+    pub fn add_held(&mut self, ahead: f64) {
+        self.ahead.push(ahead);
     }
 
     /// What the energy guard did to a body in a step.
@@ -70,6 +87,9 @@ impl fmt::Display for Summary {
                 if by_cause.is_empty() { "none".into() } else { by_cause.join(", ") }
             )?;
         }
+        let [grasps, slips, advances] = ["grasped", "slipped", "tears advanced"].map(|what| self.counted(what));
+        writeln!(f, "grasps: {grasps}, {slips} of them slipped, {} frames held, {advances} advances", self.held())?;
+        writeln!(f, "the hand ahead of its jaws in frames held [mm]: {}", Spread(&self.ahead))?;
         writeln!(f, "quiet frames: {}, {} of them without an allocation", self.quiet, self.without_allocation)?;
         let counts: Vec<String> = self.counts.iter().map(|(what, count)| format!("{what} {count}")).collect();
         write!(f, "{}", counts.join(", "))

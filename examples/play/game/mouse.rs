@@ -1,6 +1,6 @@
 //! The player: a cursor that wanders, grasps what it points at, draws it along, lets go, and cuts now and then.
 
-use crate::{Result, Summary};
+use super::{Result, Summary};
 use glam::{DVec2, DVec3};
 use rhexis::components::{Jaws, Pose, Slip};
 use rhexis::simulation::{Grasp, Simulation};
@@ -94,6 +94,11 @@ impl Mouse {
         self.held_at = is_closed.then_some(hit.distance);
         summary.count(if is_closed { "grasped" } else { "grasp refused" });
         Ok(())
+    }
+
+    /// How far the hand is ahead of its jaws \[mm\]; `None` with an open hand.
+    pub fn hand_ahead(&self, simulation: &Simulation) -> Result<Option<f64>> {
+        Ok(self.held_at.map(|_| simulation.hand_ahead(self.forceps)).transpose()?)
     }
 
     /// Whether the player wants the second sheet to come or go.

@@ -1,0 +1,31 @@
+//! The game of `examples/play` within a frame's work: most grasps hold, and the cloth tears.
+
+use rhexis::settings::{Accuracy, Settings};
+
+#[path = "../../examples/play/game/mod.rs"]
+#[allow(dead_code, unused_imports, reason = "shared with the example, which prints more")]
+mod game;
+
+/// Twelve seconds with each of five seeds.
+fn holds(accuracy: Accuracy) {
+    for seed in 1..=5 {
+        let settings = Settings { threads: 1, ..Settings::new(accuracy) };
+        let (summary, _) = game::play(12.0, seed, settings, || 0).unwrap();
+        let [grasps, slips, advances] = ["grasped", "slipped", "tears advanced"].map(|what| summary.counted(what));
+        let held = summary.held();
+        let figures =
+            format!("{accuracy:?}, seed {seed}: {grasps} grasps, {slips} slips, {held} frames, {advances} advances");
+        assert!(4 * slips <= grasps && held >= 150 && advances >= 19, "{figures}");
+    }
+}
+
+#[test]
+fn most_grasps_of_the_game_hold_within_its_budget() {
+    holds(Accuracy::Game);
+}
+
+#[test]
+#[ignore = "a minute: cargo test --release -p rhexis --test embedding most_grasps -- --include-ignored"]
+fn most_grasps_of_the_game_hold_by_settings_for_haptics() {
+    holds(Accuracy::Haptic);
+}
