@@ -68,9 +68,9 @@ pub use parameter::turning::{HoldTurns, Turning};
 pub use state::blade::Blade;
 pub use state::energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub(crate) use state::energy_audit::{Equilibrium, Shares};
+pub use state::forceps::{Forceps, Grasp, Motion, Pose};
 #[doc(hidden)]
-pub use state::forceps::Pinch;
-pub use state::forceps::{Forceps, Grasp, JawsTarget, Motion, Pose};
+pub use state::forceps::{JawsTarget, Pinch};
 #[doc(hidden)]
 pub use state::guard::{Fault, GuardFigures};
 #[doc(hidden)]

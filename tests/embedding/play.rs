@@ -6,8 +6,8 @@ use rhexis::settings::{Accuracy, Settings};
 #[allow(dead_code, unused_imports, reason = "shared with the example, which prints more")]
 mod game;
 
-/// Twelve seconds with each of five seeds.
-fn holds(accuracy: Accuracy) {
+/// Twelve seconds with each of five seeds, in which tears advance at least so often.
+fn holds(accuracy: Accuracy, least: u32) {
     for seed in 1..=5 {
         let settings = Settings { threads: 1, ..Settings::new(accuracy) };
         let (summary, _) = game::play(12.0, seed, settings, || 0).unwrap();
@@ -15,17 +15,17 @@ fn holds(accuracy: Accuracy) {
         let held = summary.held();
         let figures =
             format!("{accuracy:?}, seed {seed}: {grasps} grasps, {slips} slips, {held} frames, {advances} advances");
-        assert!(4 * slips <= grasps && held >= 150 && advances >= 19, "{figures}");
+        assert!(4 * slips <= grasps && held >= 150 && advances >= least, "{figures}");
     }
 }
 
 #[test]
 fn most_grasps_of_the_game_hold_within_its_budget() {
-    holds(Accuracy::Game);
+    holds(Accuracy::Game, 19);
 }
 
 #[test]
 #[ignore = "a minute: cargo test --release -p rhexis --test embedding most_grasps -- --include-ignored"]
 fn most_grasps_of_the_game_hold_by_settings_for_haptics() {
-    holds(Accuracy::Haptic);
+    holds(Accuracy::Haptic, 15);
 }
