@@ -316,7 +316,11 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         mode: if instance.run.mode == Mode::Static { "static" } else { "dynamic" },
         dt_ms: instance.run.dt,
         threads: instance.simulation.thread_count(),
-        caveats: caveats(&s, &bodies).into_iter().chain(not_made(&instance.cuts)).collect(),
+        caveats: caveats(&s, &bodies)
+            .into_iter()
+            .chain(instance.narrow_obstacles.iter().cloned())
+            .chain(not_made(&instance.cuts))
+            .collect(),
         end: s.end,
         steps: s.last.step,
         steps_planned: instance.run.steps,

@@ -32,6 +32,8 @@ pub struct Instance {
     pub meshes: Vec<MeshSummary>,
     /// Names of the obstacles, in the order of the file and of spawning.
     pub obstacles: Vec<String>,
+    /// Notes on obstacles that tissue may not feel: meshes narrower than its edges.
+    pub narrow_obstacles: Vec<String>,
     /// How to run it.
     pub run: Run,
     /// What to write of it.
@@ -124,6 +126,9 @@ impl Scene {
             }
         }
         let obstacles = obstacle::spawn(&mut simulation, &self.file.obstacles, run, self.document.files())?;
+        let felt = bodies.iter().copied().zip(&meshes);
+        let narrow_obstacles =
+            obstacle::narrow(&simulation, (&self.file.obstacles, &obstacles), felt, self.document.files());
         cuts.extend(timed.too_late(run.steps, run.dt * run.steps as f64));
         let output = self.file.output.clone();
         Ok(Instance {
@@ -132,6 +137,7 @@ impl Scene {
             textures,
             meshes,
             obstacles,
+            narrow_obstacles,
             run,
             output,
             cuts,

@@ -1,15 +1,20 @@
 //! From `[[obstacles]]` to rigid bodies that stand, are displaced and turn.
 
 use super::build::{direction, own_names};
+use super::doctor::{MeshSummary, length};
 use super::error::{Fault, positive};
 use super::files::Files;
 use super::instance::Run;
 use super::mesh_on_file::Arrays;
 use super::schema::{MeshSpec, ObstacleSpec};
 use glam::{DMat3, DVec3};
-use rhexis::components::{Hull, Path, Shape, Turning};
+use rhexis::components::{Contact, Hull, Path, Shape, Turning};
 use rhexis::simulation::{Simulation, Solid};
+use rhexis::storage::BodyId;
 use std::sync::Arc;
+
+/// Powers of the second moments in the search of an axis.
+const POWERS: usize = 30;
 
 /// Puts the obstacles into the world; their names.
 pub(super) fn spawn(
@@ -35,6 +40,47 @@ pub(super) fn spawn(
         simulation.spawn_obstacle(solid).map_err(|error| Fault::new(key, error, "give numbers of an ordinary size"))?;
     }
     Ok(names)
+}
+
+/// Notes on obstacles of a mesh that is narrower than the edges of a body that feels them.
+pub(super) fn narrow<'a>(
+    simulation: &Simulation,
+    (specs, names): (&[ObstacleSpec], &[String]),
+    bodies: impl Iterator<Item = (BodyId, &'a MeshSummary)>,
+    files: &Files,
+) -> Vec<String> {
+    let feels = |body: BodyId| simulation.world().satisfies::<&Contact>(body.entity());
+    let edge = bodies.filter(|(body, _)| feels(*body)).map(|(_, mesh)| mesh.edges[1]).fold(0.0, f64::max);
+    let width = |spec: &ObstacleSpec| {
+        let mesh = spec.mesh.as_ref()?;
+        Some(width(&super::shape::mesh(mesh, &Arrays::default(), files, "").ok()?.mesh.positions))
+    };
+    let widths = specs.iter().zip(names).filter_map(|(spec, name)| Some((name, width(spec)?)));
+    let note = |(name, width): (&String, f64)| {
+        format!(
+            "{name}: a mesh {} mm wide, narrower than the tissue's edges ({} mm in the mean), may pass between vertices, which alone feel it; \
+             refine the tissue, or build the obstacle from `capsule`",
+            length(width),
+            length(edge)
+        )
+    };
+    widths.filter(|(_, width)| *width < edge).map(note).collect()
+}
+
+/// Width \[mm\] of a solid: the diameter of its vertices as they are seen along its longest principal axis.
+fn width(positions: &[DVec3]) -> f64 {
+    let centroid = positions.iter().sum::<DVec3>() / positions.len().max(1) as f64;
+    let farthest = |points: &[DVec3], from: DVec3| {
+        let by_distance = |a: &&DVec3, b: &&DVec3| a.distance_squared(from).total_cmp(&b.distance_squared(from));
+        points.iter().max_by(by_distance).copied().unwrap_or(from)
+    };
+    // Powers of the second moments turn any direction to that axis.
+    let turned = |axis: DVec3| positions.iter().map(|p| (p - centroid) * (p - centroid).dot(axis)).sum::<DVec3>();
+    let start = (farthest(positions, centroid) - centroid).normalize_or_zero();
+    let axis = (0..POWERS).fold(start, |axis, _| turned(axis).normalize_or(axis));
+    let seen: Vec<DVec3> = positions.iter().map(|p| (p - centroid).reject_from(axis)).collect();
+    let one = farthest(&seen, DVec3::ZERO);
+    farthest(&seen, one).distance(one)
 }
 
 /// How an obstacle turns, in radians.

@@ -23,6 +23,8 @@ pub struct Summary {
     pub bodies: Vec<BodySummary>,
     /// Number of obstacles.
     pub obstacle_count: usize,
+    /// Notes on obstacles that tissue may not feel.
+    pub narrow_obstacles: Vec<String>,
     /// Cuts made before the first step.
     pub cuts: Vec<CutTold>,
 }
@@ -68,6 +70,7 @@ impl Scene {
             run: instance.run,
             bodies: bodies.collect(),
             obstacle_count: self.file.obstacles.len(),
+            narrow_obstacles: instance.narrow_obstacles,
             cuts: instance.cuts,
         })
     }
@@ -135,6 +138,9 @@ impl fmt::Display for Summary {
         }
         for cut in &self.cuts {
             write!(f, "\n  {cut}")?;
+        }
+        for note in &self.narrow_obstacles {
+            write!(f, "\n  note: {note}")?;
         }
         for body in &self.bodies {
             let (low, high) = body.bounds;

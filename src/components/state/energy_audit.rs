@@ -171,9 +171,9 @@ pub struct EnergyAudit {
     /// Energies when the audit began.
     pub(crate) initial: Option<Energies>,
     /// Terms of the steps that stand, and edits of the starts of this one.
-    pub(crate) settled: EnergyBalance,
+    pub(crate) settled: Box<EnergyBalance>,
     /// Terms of this step, as it was last carried out.
-    pub(crate) step: EnergyBalance,
+    pub(crate) step: Box<EnergyBalance>,
     /// Energies at the start and the end of this step, on the mesh on which it was last carried out.
     pub(crate) ends: [Energies; 2],
     /// Energy change of this step's start by edits since then: counts if the step is redone or undone.
@@ -255,7 +255,7 @@ pub(crate) struct Equilibrium {
 impl EnergyAudit {
     /// The balance so far, for a body whose energies are now `energies`; all zero before the first step.
     pub fn balance(&self, energies: Energies) -> EnergyBalance {
-        let mut balance = self.settled;
+        let mut balance = *self.settled;
         balance.add(&self.step);
         balance.stored = self.initial.map_or(Energies::default(), |initial| energies - initial);
         balance
@@ -263,7 +263,7 @@ impl EnergyAudit {
 
     /// Settles the terms of the last step and begins a new one, whose tips glide or not.
     pub(crate) fn settle(&mut self, glides: bool) {
-        let step = std::mem::take(&mut self.step);
+        let step = std::mem::take(&mut *self.step);
         self.settled.add(&step);
         let moved = std::mem::take(&mut self.edits_of_start);
         self.glide = GlideShare { is_on: glides, is_relaxing: glides && moved.elastic != 0.0, relaxed: 0.0 };
@@ -276,7 +276,7 @@ impl EnergyAudit {
             self.glide.relaxed = std::mem::take(&mut terms.numerical_elastic);
             terms.released += self.glide.relaxed;
         }
-        self.step = terms;
+        *self.step = terms;
     }
 
     /// Energy changes of the step's start and of its end by edits after it.
@@ -328,7 +328,7 @@ impl EnergyAudit {
             self.settled.released -= std::mem::take(&mut edits.elastic);
         }
         self.note_edits(edits);
-        self.step = EnergyBalance::default();
+        *self.step = EnergyBalance::default();
         self.equilibrium = None;
     }
 }

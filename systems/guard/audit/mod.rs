@@ -207,7 +207,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         if step.is_static && step.newton_iterations > 1 {
             let sums = body.sums(audit, true, |t, x, u, _| body.between_ends(t, x, u));
             let is_relaxation = audit.equilibrium.is_some_and(|last| last.time == step.time);
-            audit.step = body.static_terms(audit, &sums, is_relaxation);
+            *audit.step = body.static_terms(audit, &sums, is_relaxation);
             note_equilibrium(audit, log, step, result.has_converged);
         } else {
             let sums = body.sums(audit, false, |t, _, u, change| body.linearised(t, u, change));

@@ -118,3 +118,28 @@ fn numbers_out_of_scale_are_refused_with_their_range_or_leave_numbers() {
         }
     }
 }
+
+/// A needle of 0.4 mm with four sides, 5 mm long, as an OBJ file.
+const NEEDLE: &str = "v -0.2 -0.2 0\nv 0.2 -0.2 0\nv 0.2 0.2 0\nv -0.2 0.2 0\nv -0.2 -0.2 -5\nv 0.2 -0.2 -5\nv 0.2 0.2 -5\nv -0.2 0.2 -5\n\
+    f 1 2 3\nf 1 3 4\nf 8 7 6\nf 8 6 5\nf 2 1 5\nf 2 5 6\nf 3 2 6\nf 3 6 7\nf 4 3 7\nf 4 7 8\nf 1 4 8\nf 1 8 5\n";
+
+#[test]
+fn a_mesh_narrower_than_the_edges_of_the_tissue_that_feels_it_is_a_note() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("needle.obj"), NEEDLE).unwrap();
+    let felt = STRIP.replace("damping = 1\n", "damping = 1\ncontact = { }\n");
+    let obstacle =
+        "[[obstacles]]\nname = \"needle\"\nmesh = { file = { path = \"needle.obj\", translate = [2, 2, -0.1] } }\n";
+    let told = |scene: &str| {
+        std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rhexis"));
+        let output = command.current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
+        let printed = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
+        assert_eq!(output.status.code(), Some(0), "{printed}");
+        printed.contains("note: needle: a mesh 0.5657 mm wide, narrower than the tissue's edges (1.138 mm in the mean)")
+    };
+    assert!(told(&format!("{felt}{obstacle}")));
+    // Tissue without contact feels none, and a wide one is felt.
+    assert!(!told(&format!("{STRIP}{obstacle}")));
+    assert!(!told(&format!("{felt}{}", obstacle.replace("translate", "scale = 4, translate"))));
+}
