@@ -1,14 +1,17 @@
 //! Reaction forces of a solve: of position constraints, which are holds and jaws, and of obstacles.
 
-use super::Operator;
+use super::{Operator, ProductMemory};
 use crate::components::{
     Contact, ContactScratch, Damping, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Reactions,
     SolveResult, SolverScratch,
 };
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::{StepContext, parallel};
 use glam::DVec3;
+
+/// A body of which at least one vertex in so many touches an obstacle is multiplied as a whole: a product at one vertex takes all of its triangles.
+const TOUCHED: usize = 8;
 
 /// Components that prescribe positions of vertices: holds, with their reactions, and grips.
 pub type Prescribers<'a> = (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>);
@@ -77,16 +80,16 @@ pub fn of_contacts(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a Forces, &'a Increment, &'a SolveResult, &'a mut SolverScratch),
-        (&'a ExternalStiffness, Option<&'a DihedralAngles>, Option<&'a Damping>),
+        (&'a mut Forces, &'a Increment, &'a SolveResult, &'a mut SolverScratch),
+        (&'a ExternalStiffness, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, Option<&'a Damping>),
     );
     parallel::for_bodies::<hecs::With<Query, &Contact>>(
         world,
         |(_, (_, _, result, scratch), _)| result.rows_to_solve(scratch.contact.touched.len()),
         |(
             (vertices, triangles, topology, frames),
-            (Forces { nodal, .. }, increment, result, scratch),
-            (external, folds, damping),
+            (Forces { nodal, corner, .. }, increment, result, scratch),
+            (external, folds, passes, damping),
         )| {
             let operator = Operator {
                 external: Some(external),
@@ -95,14 +98,22 @@ pub fn of_contacts(world: &mut hecs::World, step: &StepContext) -> usize {
                 viscosity: damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(),
                 ..Operator::membrane((vertices, triangles, topology, frames), result.tangent)
             };
-            let SolverScratch { contact, free, .. } = scratch;
+            let SolverScratch { contact, free, product, partials, .. } = scratch;
             let ContactScratch { forces, touched, .. } = &mut **contact;
+            let is_whole = !step.is_static && TOUCHED * touched.len() >= vertices.len();
+            if is_whole {
+                let mut spare = BendingPasses::default();
+                let mut memory = ProductMemory { corner, passes: passes.unwrap_or(&mut spare) };
+                product.resize(vertices.len(), DVec3::ZERO);
+                operator.apply(&increment.delta, free, &mut memory, product, partials);
+            }
             parallel::for_rows(touched, |_, touch| {
                 let v = touch.row as usize;
                 touch.force -= touch.block * increment.delta[v];
                 if !step.is_static {
                     let known = nodal[v] + step.momentum(increment, v) * vertices.mass[v];
-                    let missed = (operator.apply_at(v, &increment.delta) - known) * free[v];
+                    let taken = if is_whole { product[v] } else { operator.apply_at(v, &increment.delta) };
+                    let missed = (taken - known) * free[v];
                     touch.force += touch.block * (operator.vertex_block(v).inverse() * missed);
                 }
             });
