@@ -286,7 +286,7 @@ pub(super) fn push(
 }
 
 /// Puts triangles that are still deep in an obstacle, or through it, back onto the planes that should have held them, each by the least
-/// motion of its corners. Neighbours share corners, hence some rounds. Returns the force \[N\] of the same impulse.
+/// motion of its corners. Neighbours share corners, hence some rounds. Returns the force \[N\] with this impulse over the step.
 pub(super) fn depenetrate(
     moved: &Moved,
     (vertices, increment): (&mut Vertices, &mut Increment),

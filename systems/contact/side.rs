@@ -78,7 +78,7 @@ fn part_outside(shape: &Shape, from: [DVec3; 3], to: [DVec3; 3]) -> f64 {
     done
 }
 
-/// Holds corners back of triangles that would pass through an obstacle in the step. Returns the force \[N\] of the same impulse.
+/// Holds corners back of triangles that would pass through an obstacle in the step. Returns the force \[N\] with this impulse over the step.
 pub(super) fn keep(
     (obstacle, travel): &Moved,
     (vertices, increment): (&mut Vertices, &mut Increment),

@@ -10,7 +10,8 @@ use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::{StepContext, parallel};
 use glam::DVec3;
 
-/// A body of which at least one vertex in so many touches an obstacle is multiplied as a whole: a product at one vertex takes all of its triangles.
+/// Vertices per touched one up to which one product of the whole body is cheaper than products vertex by vertex: 1.0 s instead of 5.0 in 300
+/// steps of `capsulorhexis` (`rhexis run capsulorhexis --steps 300 --threads 1 --timings`).
 const TOUCHED: usize = 8;
 
 /// Components that prescribe positions of vertices: holds, with their reactions, and grips.

@@ -1,4 +1,4 @@
-//! The balance of momentum: what obstacles and holds are told to bear is what the body's momentum asks of them, at every step.
+//! The balance of momentum: reported forces of obstacles and holds, with the loads, are the rate of momentum at every step.
 
 use glam::{DMat3, DVec3};
 use rhexis::components::{

@@ -42,7 +42,7 @@ fn settings(accuracy: Accuracy) -> Settings {
     Settings { threads: 1, ..Settings::new(accuracy) }
 }
 
-/// Frame and force in which the dome slips, pinned at its rim and drawn up by so many millimetres in a frame.
+/// Frame and force in which the dome slips, pinned at its rim and drawn up by a way [mm] per frame.
 fn slip(settings: Settings, speed: f64) -> (u32, f64) {
     let is_rim = |p: DVec3| p.abs().max_element() > 0.5 * SIZE - 1e-6;
     let (mut simulation, _, forceps) = grasped(settings, is_rim);

@@ -133,7 +133,7 @@ impl World {
         })
     }
 
-    /// Where forceps are, what they hold, with which force, and how far the hand is ahead of the jaws \[mm\].
+    /// State of forceps: pose, held vertices, force, and distance \[mm\] of the hand ahead of the jaws.
     fn forceps<'py>(&self, py: Python<'py>, forceps: Entity) -> PyResult<Bound<'py, PyDict>> {
         self.look(|state| {
             let forceps = ForcepsId::from(state.entity(forceps)?);

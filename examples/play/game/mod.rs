@@ -21,7 +21,7 @@ pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 /// One picture, and one step of the simulation \[ms\].
 const FRAME: f64 = 1000.0 / 60.0;
 
-/// When, in frames of 60 per second, the player saves, loads what was saved, and begins the level anew.
+/// Frames, 60 per second, in which the player saves, loads, and restarts the level.
 const SAVES: (u64, u64) = (180, 90);
 const LOADS: (u64, u64) = (240, 239);
 const RESETS: (u64, u64) = (900, 899);
@@ -30,7 +30,7 @@ fn is_due(frame: u64, (every, at): (u64, u64)) -> bool {
     frame % every == at
 }
 
-/// A state to go back to, with what is the host's own.
+/// A saved state of simulation and host.
 struct Kept {
     bytes: Vec<u8>,
     hash: StateHash,
@@ -39,7 +39,7 @@ struct Kept {
 }
 
 impl Kept {
-    /// The renderer first takes in what has changed: what it keeps is then of the mesh that is saved.
+    /// The renderer takes the changes in first: its copy is then the mesh that is saved.
     fn of(simulation: &mut Simulation, level: &Level, renderer: &mut Renderer) -> Result<Self> {
         for body in simulation.bodies() {
             renderer.follow(simulation, body)?;
@@ -52,7 +52,7 @@ impl Kept {
         simulation.restore(&Snapshot::from_bytes(&self.bytes)?)?;
         assert_eq!(simulation.hash(), self.hash, "the state is the one that was kept");
         (*level, *renderer) = (self.level.clone(), self.renderer.clone());
-        // All is new now, and what steps change from here on is listed only when that has been read.
+        // All is new now; changes of later steps are listed once that has been read.
         for body in simulation.bodies() {
             renderer.follow(simulation, body)?;
         }

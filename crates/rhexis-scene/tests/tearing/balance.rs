@@ -80,7 +80,7 @@ fn scenes_of_the_catalog_with_obstacles_balance_their_momentum() {
     for entry in found {
         let mut document = Document::new(entry.text, entry.name);
         document.set("bodies.0.mesh.cap.triangles=1500").unwrap();
-        // The residual of the solve is what is missing.
+        // Missing is the residual of the solve: small ones leave little.
         document.set("run.advanced.linear_tolerance=1e-3").unwrap();
         document.set("run.advanced.stress_tolerance=5e-3").unwrap();
         let mut instance = document.scene().unwrap().instantiate().unwrap();
