@@ -125,10 +125,9 @@ impl Scene {
                 meshes.push(mesh.clone());
             }
         }
-        let obstacles = obstacle::spawn(&mut simulation, &self.file.obstacles, run, self.document.files())?;
+        let (obstacles, widths) = obstacle::spawn(&mut simulation, &self.file.obstacles, run, self.document.files())?;
         let felt = bodies.iter().copied().zip(&meshes);
-        let narrow_obstacles =
-            obstacle::narrow(&simulation, (&self.file.obstacles, &obstacles), felt, self.document.files());
+        let narrow_obstacles = obstacle::narrow(&simulation, (&obstacles, &widths), felt);
         cuts.extend(timed.too_late(run.steps, run.dt * run.steps as f64));
         let output = self.file.output.clone();
         Ok(Instance {

@@ -16,19 +16,21 @@ use std::sync::Arc;
 /// Powers of the second moments in the search of an axis.
 const POWERS: usize = 30;
 
-/// Puts the obstacles into the world; their names.
+/// Puts the obstacles into the world; their names, and widths \[mm\] of those of a mesh.
 pub(super) fn spawn(
     simulation: &mut Simulation,
     specs: &[ObstacleSpec],
     run: Run,
     files: &Files,
-) -> Result<Vec<String>, Fault> {
+) -> Result<(Vec<String>, Vec<Option<f64>>), Fault> {
     let name = |(i, spec): (usize, &ObstacleSpec)| spec.name.clone().unwrap_or_else(|| format!("obstacle-{i}"));
     let names: Vec<String> = specs.iter().enumerate().map(name).collect();
     own_names(names.iter().enumerate().map(|(i, name)| (format!("obstacles.{i}"), name.clone())))?;
+    let mut widths = Vec::new();
     for (i, spec) in specs.iter().enumerate() {
         let key = format!("obstacles.{i}");
-        let shape = shape(spec, files, &key)?;
+        let (shape, width) = shape(spec, files, &key)?;
+        widths.push(width);
         let turning = turning(spec, &shape, run, &key)?;
         let mut solid = Solid::new(shape);
         if let Some(path) = &spec.path {
@@ -39,23 +41,18 @@ pub(super) fn spawn(
         }
         simulation.spawn_obstacle(solid).map_err(|error| Fault::new(key, error, "give numbers of an ordinary size"))?;
     }
-    Ok(names)
+    Ok((names, widths))
 }
 
 /// Notes on obstacles of a mesh that is narrower than the edges of a body that feels them.
 pub(super) fn narrow<'a>(
     simulation: &Simulation,
-    (specs, names): (&[ObstacleSpec], &[String]),
+    (names, widths): (&[String], &[Option<f64>]),
     bodies: impl Iterator<Item = (BodyId, &'a MeshSummary)>,
-    files: &Files,
 ) -> Vec<String> {
     let feels = |body: BodyId| simulation.world().satisfies::<&Contact>(body.entity());
     let edge = bodies.filter(|(body, _)| feels(*body)).map(|(_, mesh)| mesh.edges[1]).fold(0.0, f64::max);
-    let width = |spec: &ObstacleSpec| {
-        let mesh = spec.mesh.as_ref()?;
-        Some(width(&super::shape::mesh(mesh, &Arrays::default(), files, "").ok()?.mesh.positions))
-    };
-    let widths = specs.iter().zip(names).filter_map(|(spec, name)| Some((name, width(spec)?)));
+    let widths = names.iter().zip(widths).filter_map(|(name, width)| Some((name, (*width)?)));
     let note = |(name, width): (&String, f64)| {
         format!(
             "{name}: a mesh {} mm wide, narrower than the tissue's edges ({} mm in the mean), may pass between vertices, which alone feel it; \
@@ -105,22 +102,24 @@ fn turning(spec: &ObstacleSpec, shape: &Shape, run: Run, key: &str) -> Result<Op
     Ok(Some(Turning { pivot, vectors: Path { points } }))
 }
 
-/// The solid within a closed mesh.
-fn hull(spec: &MeshSpec, files: &Files, key: &str) -> Result<Shape, Fault> {
+/// The solid within a closed mesh, and its width \[mm\].
+fn hull(spec: &MeshSpec, files: &Files, key: &str) -> Result<(Shape, f64), Fault> {
     let key = format!("{key}.mesh");
     let file = super::shape::mesh(spec, &Arrays::default(), files, &key)?;
+    let width = width(&file.mesh.positions);
     let (hull, centre) = Hull::new(file.mesh.positions, file.mesh.triangles).map_err(|error| {
         let hint = "close the mesh and let it face outwards (`weld`, `repair`, `flip`), or build the obstacle from \
                     `box`, `cylinder`, `sphere`, `ellipsoid` and `capsule`";
         Fault::new(key, error, hint)
     })?;
-    Ok(Shape::Mesh { hull: Arc::new(hull), centre, axes: DMat3::IDENTITY })
+    Ok((Shape::Mesh { hull: Arc::new(hull), centre, axes: DMat3::IDENTITY }, width))
 }
 
-fn shape(spec: &ObstacleSpec, files: &Files, key: &str) -> Result<Shape, Fault> {
+/// The shape of an obstacle, and the width \[mm\] of one of a mesh.
+fn shape(spec: &ObstacleSpec, files: &Files, key: &str) -> Result<(Shape, Option<f64>), Fault> {
     let ObstacleSpec { plane, sphere, ellipsoid, capsule, cuboid, cylinder, mesh, .. } = spec;
     let axes = DMat3::IDENTITY;
-    match (plane, sphere, ellipsoid, capsule, cuboid, cylinder, mesh) {
+    let shape = match (plane, sphere, ellipsoid, capsule, cuboid, cylinder, mesh) {
         (Some(p), None, None, None, None, None, None) => {
             Ok(Shape::Plane { point: p.point.0, normal: direction(p.normal.0, &format!("{key}.plane.normal"))? })
         }
@@ -145,10 +144,13 @@ fn shape(spec: &ObstacleSpec, files: &Files, key: &str) -> Result<Shape, Fault> 
             direction(c.to.0 - c.from.0, &format!("{key}.cylinder.to"))?;
             Ok(Shape::Cylinder { ends: [c.from.0, c.to.0], radius })
         }
-        (None, None, None, None, None, None, Some(mesh)) => hull(mesh, files, key),
+        (None, None, None, None, None, None, Some(mesh)) => {
+            return hull(mesh, files, key).map(|(shape, width)| (shape, Some(width)));
+        }
         _ => {
             let hint = "give exactly one of `plane`, `sphere`, `ellipsoid`, `capsule`, `box`, `cylinder` and `mesh`";
             Err(Fault::new(key, "an obstacle has one shape", hint))
         }
-    }
+    };
+    shape.map(|shape| (shape, None))
 }
