@@ -70,6 +70,10 @@ pub struct BodyReport {
     /// the first one alone did.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_tear_undecided: bool,
+    /// Whether a tip has advanced while the energy release there still changed by more than 0.3 % of the toughness: five further solves had not
+    /// brought it to rest.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub is_release_unsettled: bool,
     /// Whether the step's [budget](crate::settings::Settings::budget) has left refinement around the tips to the next step.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_refinement_put_off: bool,

@@ -51,8 +51,9 @@ impl Simulation {
     /// # Errors
     /// If there is no such body.
     pub fn energy_balance(&self, body: BodyId) -> Result<Option<EnergyBalance>, SimulationError> {
-        let energies = self.energies(body)?;
-        Ok(self.world.get::<&EnergyAudit>(body.entity()).ok().map(|audit| audit.balance(energies)))
+        let mut query = self.world.query_one::<(&Vertices, Option<&EnergyAudit>)>(body.entity());
+        let (_, audit) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        audit.map(|audit| Ok(audit.balance(self.energies(body)?))).transpose()
     }
 
     /// Sum of the forces \[N\] that a body's holds exert on it, one per hold, from the last step; zero before the first.

@@ -34,7 +34,8 @@ impl Simulation {
             (*increment.guard, increment.relaxed) = (GuardFigures::default(), 0);
         }
         for result in self.world.query_mut::<&mut SolveResult>() {
-            (result.work, result.fallback_factors, result.is_tear_undecided) = (0, 0, false);
+            (result.work, result.fallback_factors) = (0, 0);
+            (result.is_tear_undecided, result.is_release_unsettled) = (false, false);
         }
         self.report.has_failed = false;
     }
@@ -72,6 +73,7 @@ impl Simulation {
                 fallback_factors: result.fallback_factors,
                 is_tear_cut_short: false,
                 is_tear_undecided: result.is_tear_undecided,
+                is_release_unsettled: result.is_release_unsettled,
                 is_refinement_put_off: refined.is_some_and(|refined| refined.is_put_off),
                 is_step_limited: ledger.is_step_limited,
                 any_substep_limited: increment.any_substep_limited,

@@ -81,6 +81,7 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
             work: 0,
             work_of_advance: 0,
             is_tear_undecided: false,
+            is_release_unsettled: false,
             is_cut_short: false,
             follows_glide: false,
             fault: None,

@@ -10,6 +10,9 @@ use hecs::World;
 /// just below 1 may be above it. With 1 the lead scene's tip advances 8 % above its toughness in the median, with 0.97 2.6 %.
 const DUE: f64 = 0.97;
 
+/// Maximum corrector solves of a pass.
+pub const CORRECTORS: u32 = 5;
+
 /// Change of G/G_c of a tip by a corrector solve up to which it is at rest.
 const AT_REST: f64 = 0.003;
 
@@ -50,6 +53,11 @@ fn is_unsettled(tearing: &Tearing, decisions: &TearDecisions) -> bool {
         let value = decision.map_or(0.0, |decision| decision.value);
         value > due(tearing) && (value * value - before * before).abs() > AT_REST
     })
+}
+
+/// Whether the corrector solves of a pass are used up and the energy release at a tip that is about to advance is not at rest.
+pub(super) fn is_used_up(tearing: &Tearing, decisions: &TearDecisions) -> bool {
+    decisions.correctors >= CORRECTORS && is_unsettled(tearing, decisions)
 }
 
 /// Marks for another solve the bodies whose tips will advance in this step and whose budget allows one. Returns their number.

@@ -12,7 +12,7 @@ mod followers;
 pub mod split;
 pub mod topology;
 
-pub use corrector::{advancing, unfinished};
+pub use corrector::{CORRECTORS, advancing, unfinished};
 pub use criterion::by_triangle::{factor_of, mean_around};
 pub use criterion::coupled_criterion::{CoupledBuffers, CoupledCriterion};
 pub use criterion::crack_field::CrackFrame;

@@ -26,6 +26,8 @@ pub trait FactorBlock: Coefficient {
     fn plus(&self, b: &Self, factor: f32) -> Self;
     /// a·factor.
     fn scaled(&self, factor: f32) -> Self;
+    /// The largest number on the diagonal.
+    fn largest(&self) -> f32;
     /// The product a·b.
     fn product(&self, b: &Self) -> Self;
     /// self −= a·bᵀ.
@@ -77,6 +79,11 @@ impl FactorBlock for Block {
     #[inline(always)]
     fn plus(&self, b: &Self, factor: f32) -> Self {
         block::sum(self, b, factor)
+    }
+
+    #[inline(always)]
+    fn largest(&self) -> f32 {
+        self[0].x.max(self[1].y).max(self[2].z)
     }
 
     #[inline(always)]

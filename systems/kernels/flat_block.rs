@@ -84,6 +84,11 @@ impl FactorBlock for FlatBlock {
     }
 
     #[inline(always)]
+    fn largest(&self) -> f32 {
+        self.0.x.max(self.0.w)
+    }
+
+    #[inline(always)]
     fn scaled(&self, factor: f32) -> Self {
         Self(self.0 * factor)
     }

@@ -1,18 +1,15 @@
 //! Reaction forces of a solve: of position constraints, which are holds and jaws, and of obstacles.
 
-use super::{Operator, ProductMemory};
+use super::Operator;
 use crate::components::{
     Contact, ContactScratch, Damping, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Reactions,
     SolveResult, SolverScratch,
 };
+use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::{BendingPasses, DihedralAngles};
+use crate::systems::bending::DihedralAngles;
 use crate::systems::{StepContext, parallel};
-use glam::DVec3;
-
-/// Vertices per touched one up to which one product of the whole body is cheaper than products vertex by vertex: 1.0 s instead of 5.0 in 300
-/// steps of `capsulorhexis` (`rhexis run capsulorhexis --steps 300 --threads 1 --timings`).
-const TOUCHED: usize = 8;
+use glam::{DMat3, DVec3};
 
 /// Components that prescribe positions of vertices: holds, with their reactions, and grips.
 pub type Prescribers<'a> = (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>);
@@ -81,16 +78,16 @@ pub fn of_contacts(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a mut Forces, &'a Increment, &'a SolveResult, &'a mut SolverScratch),
-        (&'a ExternalStiffness, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, Option<&'a Damping>),
+        (&'a Forces, &'a Increment, &'a SolveResult, &'a mut SolverScratch),
+        (&'a ExternalStiffness, Option<&'a DihedralAngles>, Option<&'a Damping>),
     );
     parallel::for_bodies::<hecs::With<Query, &Contact>>(
         world,
         |(_, (_, _, result, scratch), _)| result.rows_to_solve(scratch.contact.touched.len()),
         |(
             (vertices, triangles, topology, frames),
-            (Forces { nodal, corner, .. }, increment, result, scratch),
-            (external, folds, passes, damping),
+            (forces, increment, result, scratch),
+            (external, folds, damping),
         )| {
             let operator = Operator {
                 external: Some(external),
@@ -99,27 +96,51 @@ pub fn of_contacts(world: &mut hecs::World, step: &StepContext) -> usize {
                 viscosity: damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(),
                 ..Operator::membrane((vertices, triangles, topology, frames), result.tangent)
             };
-            let SolverScratch { contact, free, product, partials, .. } = scratch;
-            let ContactScratch { forces, touched, .. } = &mut **contact;
-            let is_whole = !step.is_static && TOUCHED * touched.len() >= vertices.len();
-            if is_whole {
-                let mut spare = BendingPasses::default();
-                let mut memory = ProductMemory { corner, passes: passes.unwrap_or(&mut spare) };
-                product.resize(vertices.len(), DVec3::ZERO);
-                operator.apply(&increment.delta, free, &mut memory, product, partials);
-            }
+            let is_whole = scratch.has_whole_answer(increment);
+            let SolverScratch { contact, free, residual, .. } = scratch;
+            let ContactScratch { forces: sums, touched, .. } = &mut **contact;
             parallel::for_rows(touched, |_, touch| {
                 let v = touch.row as usize;
                 touch.force -= touch.block * increment.delta[v];
                 if !step.is_static {
-                    let known = nodal[v] + step.momentum(increment, v) * vertices.mass[v];
-                    let taken = if is_whole { product[v] } else { operator.apply_at(v, &increment.delta) };
-                    let missed = (taken - known) * free[v];
-                    touch.force += touch.block * (operator.vertex_block(v).inverse() * missed);
+                    let missed = if is_whole {
+                        -residual[v]
+                    } else {
+                        let known = forces.nodal[v] + step.momentum(increment, v) * vertices.mass[v];
+                        operator.apply_at(v, &increment.delta) - known
+                    };
+                    touch.force += share(&touch.block, operator.vertex_block(v), missed * free[v]);
                 }
             });
-            forces.iter_mut().for_each(|(_, force)| *force = DVec3::ZERO);
-            touched.iter().for_each(|touch| forces[touch.place as usize].1 += touch.force);
+            sums.iter_mut().for_each(|(_, force)| *force = DVec3::ZERO);
+            touched.iter().for_each(|touch| sums[touch.place as usize].1 += touch.force);
         },
     )
+}
+
+/// The part of a vertex' residual \[N\] that belongs to one of the stiffnesses in its block; by traces where the block has no inverse, as of a
+/// contact beside which the inertia is below rounding.
+fn share(stiffness: &Sym3, block: DMat3, residual: DVec3) -> DVec3 {
+    let share = *stiffness * (block.inverse() * residual);
+    if share.is_finite() {
+        return share;
+    }
+    let trace = |diagonal: DVec3| diagonal.element_sum();
+    residual * (trace(stiffness.diagonal) / trace(DVec3::new(block.x_axis.x, block.y_axis.y, block.z_axis.z)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_contact_beside_which_inertia_is_nothing_takes_the_whole_residual() {
+        let stiffness = Sym3 {
+            diagonal: DVec3::new(7.30469066002578e23, 8.967850298572853e24, 1.8352920224252852e26),
+            beside: DVec3::new(4.056922985622844e25, -1.1578532072171241e25, -2.559440804482388e24),
+        };
+        let residual = DVec3::new(5.7e46, -2.0e47, -9.1e47);
+        let share = share(&stiffness, stiffness.to_mat() + DMat3::from_diagonal(DVec3::splat(1e-4)), residual);
+        assert!(share.is_finite() && (share - residual).length() < 1e-6 * residual.length());
+    }
 }

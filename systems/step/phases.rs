@@ -4,6 +4,7 @@ use super::schedule::Stage;
 use crate::settings::ablation::Part;
 use crate::settings::{LinearParams, Tangent};
 use crate::systems::StepContext;
+use crate::systems::fracture::CORRECTORS;
 use std::slice::from_ref;
 
 /// Factor on the stress tolerance of the corrector solve. An advance cannot be undone, and the error at a tip may be several times the mean
@@ -12,9 +13,6 @@ const CORRECTOR_STRESS: f64 = 0.2;
 
 /// Upper bound of the relative residual for Newton corrections of a step that fails the energy check.
 const CORRECTION_RESIDUAL: f64 = 1e-6;
-
-/// Maximum corrector solves of a pass.
-const CORRECTORS: u32 = 5;
 
 /// Maximum contact rounds per step.
 const CONTACT_ROUNDS: u32 = 4;

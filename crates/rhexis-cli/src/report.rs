@@ -275,6 +275,8 @@ pub(super) struct SolverFigures {
     pub cut_short: Count,
     /// Steps in which the budget had no room for the second solve of a tear that was due.
     pub tear_undecided: Count,
+    /// Steps in which a tip advanced while its energy release was not at rest: the corrector solves were used up.
+    pub release_unsettled: Count,
     /// Steps that left refinement to the next one, the budget being used up.
     pub refinement_put_off: Count,
     /// Steps that were given up.
@@ -348,6 +350,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             vertices_projected: t.vertices_projected,
             cut_short: t.cut_short,
             tear_undecided: t.tear_undecided,
+            release_unsettled: t.release_unsettled,
             refinement_put_off: t.refinement_put_off,
             failed: t.failed,
             rolled_back: t.rolled_back,

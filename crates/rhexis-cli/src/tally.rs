@@ -65,6 +65,9 @@ pub(super) struct Tally {
     /// Steps in which the budget had no room for the second solve of a tear.
     #[serde(default)]
     pub tear_undecided: Count,
+    /// Steps in which a tip advanced while its energy release was not at rest.
+    #[serde(default)]
+    pub release_unsettled: Count,
     /// Steps that left refinement to the next one, the budget being used up.
     #[serde(default)]
     pub refinement_put_off: Count,
@@ -152,6 +155,7 @@ impl Tally {
         self.failed.note(report.has_failed, o.step);
         self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
         self.tear_undecided.note(report.bodies.iter().any(|body| body.is_tear_undecided), o.step);
+        self.release_unsettled.note(report.bodies.iter().any(|body| body.is_release_unsettled), o.step);
         self.refinement_put_off.note(report.bodies.iter().any(|body| body.is_refinement_put_off), o.step);
         self.rolled_back += u64::from(report.rolled_back);
         for (index, body) in

@@ -1,6 +1,6 @@
 //! Working memory of a body's solves.
 
-use crate::components::{Frames, FreeAxes, GuideConstraints, Outputs, OutputsMut, Stops};
+use crate::components::{Frames, FreeAxes, GuideConstraints, Increment, Outputs, OutputsMut, Stops};
 use crate::math::Sym3;
 use glam::{DVec2, DVec3};
 use hecs::Entity;
@@ -111,6 +111,12 @@ impl SolverScratch {
         (self.is_counted, self.to_correct, self.line_search) = (false, None, None);
         self.reference_sq = 0.0;
         self.account.energy = None;
+    }
+
+    /// Whether the increment is the whole answer of the last solve, so that `residual` is its residual.
+    pub(crate) fn has_whole_answer(&self, increment: &Increment) -> bool {
+        let is_changed = increment.is_fraction || increment.applied < 1.0 || self.to_correct.is_some();
+        !is_changed && self.guide_constraints.is_empty()
     }
 
     /// Forgets the results of an undone attempt.

@@ -39,6 +39,8 @@ pub struct SolveResult {
     pub(crate) work_of_advance: u32,
     /// Whether a tear was decided without a corrector solve, for lack of budget.
     pub is_tear_undecided: bool,
+    /// Whether a tip has advanced while its energy release was not at rest: the corrector solves were used up.
+    pub is_release_unsettled: bool,
     /// Whether the budget has ended the last linear solve before its tolerances were reached.
     pub(crate) is_cut_short: bool,
     /// Whether a tip has glided since the last solve.

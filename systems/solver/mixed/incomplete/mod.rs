@@ -36,6 +36,8 @@ pub(super) struct Incomplete {
     solid: Numbers<Block>,
     flat: Numbers<FlatBlock>,
     is_flat: bool,
+    /// The largest entry of A on its diagonal \[N/mm\].
+    pub stiffest: f32,
     /// Rows that do not need each other.
     dissection: Dissection,
 }
@@ -62,7 +64,8 @@ impl<B: FactorBlock> Default for Numbers<B> {
 impl Default for Incomplete {
     fn default() -> Self {
         let (solid, flat) = (Numbers::default(), Numbers::default());
-        Self { pattern: BlockPattern::filled(), solid, flat, is_flat: false, dissection: Dissection::default() }
+        let dissection = Dissection::default();
+        Self { pattern: BlockPattern::filled(), solid, flat, is_flat: false, stiffest: 0.0, dissection }
     }
 }
 
@@ -109,23 +112,25 @@ impl Incomplete {
     /// Factors the operator with its diagonal raised by a fraction `shift` of itself (Manteuffel 1980).
     pub(super) fn factor(&mut self, partition: &Partition, dissection: Dissection, matrix: &Matrix, shift: f32) {
         (self.is_flat, self.dissection) = (matrix.is_flat, dissection);
-        if self.is_flat {
-            self.flat.factor(&self.pattern, (partition, dissection), matrix, shift);
+        self.stiffest = if self.is_flat {
+            self.flat.factor(&self.pattern, (partition, dissection), matrix, shift)
         } else {
-            self.solid.factor(&self.pattern, (partition, dissection), matrix, shift);
-        }
+            self.solid.factor(&self.pattern, (partition, dissection), matrix, shift)
+        };
     }
 }
 
 impl<B: OfPacks> Numbers<B> {
+    /// Factors the operator and returns the largest entry on its diagonal \[N/mm\].
     fn factor(
         &mut self,
         pattern: &BlockPattern,
         (partition, dissection): (&Partition, Dissection),
         matrix: &Matrix,
         shift: f32,
-    ) {
+    ) -> f32 {
         self.gather(pattern, (partition, dissection), matrix);
+        let stiffest = self.inverse.iter().map(B::largest).fold(0.0, f32::max);
         let Self { lower, inverse, row: [scratch, other_scratch], .. } = self;
         let parts = dissection.ranges(inverse.len());
         let eliminate = |part: usize, first: usize, numbers: (&mut [B::Pair], &mut [B]), row: &mut Vec<B>| {
@@ -143,6 +148,7 @@ impl<B: OfPacks> Numbers<B> {
             );
         }
         eliminate(2, 0, (lower, inverse), scratch);
+        stiffest
     }
 
     /// Takes the blocks of A.

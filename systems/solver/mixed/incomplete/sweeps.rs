@@ -18,7 +18,7 @@ impl Precondition for Incomplete {
     const LEAST_STEP: f64 = LEAST_STEP;
 
     fn forward_sweep(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
-        let Self { pattern, solid, flat, is_flat, dissection } = self;
+        let Self { pattern, solid, flat, is_flat, dissection, .. } = self;
         if *is_flat {
             flat.forward_sweep(pattern, *dissection, alpha, vectors)
         } else {
@@ -27,7 +27,7 @@ impl Precondition for Incomplete {
     }
 
     fn backward_sweep(&mut self, beta: f32, vectors: &mut Vectors) {
-        let Self { pattern, solid, flat, is_flat, dissection } = self;
+        let Self { pattern, solid, flat, is_flat, dissection, .. } = self;
         if *is_flat {
             flat.backward_sweep(pattern, *dissection, beta, vectors);
         } else {
