@@ -51,6 +51,7 @@ impl Simulation {
     /// # Errors
     /// If there is no such body.
     pub fn energy_balance(&self, body: BodyId) -> Result<Option<EnergyBalance>, SimulationError> {
+        self.validate_if_dirty(body)?;
         let mut query = self.world.query_one::<(&Vertices, Option<&EnergyAudit>)>(body.entity());
         let (_, audit) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         audit.map(|audit| Ok(audit.balance(self.energies(body)?))).transpose()

@@ -55,7 +55,7 @@ fn is_unsettled(tearing: &Tearing, decisions: &TearDecisions) -> bool {
     })
 }
 
-/// Whether the corrector solves of a pass are used up and the energy release at a tip that is about to advance is not at rest.
+/// Whether the last corrector solve that a pass allows has left the energy release at a tip unsettled.
 pub(super) fn is_used_up(tearing: &Tearing, decisions: &TearDecisions) -> bool {
     decisions.correctors >= CORRECTORS && is_unsettled(tearing, decisions)
 }
@@ -90,4 +90,45 @@ pub fn unfinished(world: &mut World, step: &StepContext) -> usize {
     }
     let bodies = world.query_mut::<(&TearDecisions, &SolveResult)>().into_iter();
     bodies.filter(|(decisions, _)| decisions.may_advance_further).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::event::DecidedBy;
+    use crate::math::Sym2;
+    use glam::DVec3;
+
+    fn decided(value: f64) -> TearDecision {
+        TearDecision {
+            row: 0,
+            direction: DVec3::X,
+            value,
+            other: None,
+            margin: 1.0,
+            is_ambiguous: false,
+            by: DecidedBy::Stress,
+            release: None,
+            stress: Sym2::ZERO,
+            fibre: DVec3::X,
+            axes: [DVec3::X, DVec3::Y],
+            edges_per_radius: 4.0,
+        }
+    }
+
+    /// Correctors are used up where the last one still moves a tip near its toughness, by more than the 0.3 % that counts as rest.
+    #[test]
+    fn correctors_are_used_up_where_the_last_leaves_a_tip_unsettled() {
+        let tearing = Tearing { mode: TearMode::Glide, ..Tearing::default() };
+        let is_used_up_after = |correctors: u32, [before, value]: [f64; 2]| {
+            let mut decisions = TearDecisions { tips: vec![Some(decided(before))], ..TearDecisions::default() };
+            (0..correctors).for_each(|_| decisions.note_corrector());
+            decisions.tips = vec![Some(decided(value))];
+            is_used_up(&tearing, &decisions)
+        };
+        assert!(is_used_up_after(CORRECTORS, [1.0, 1.002]));
+        assert!(!is_used_up_after(CORRECTORS, [1.0, 1.001]), "0.2 % of the toughness");
+        assert!(!is_used_up_after(CORRECTORS, [0.5, 0.9]), "no tip is about to advance");
+        assert!(!is_used_up_after(CORRECTORS - 1, [1.0, 1.1]), "another corrector is left");
+    }
 }

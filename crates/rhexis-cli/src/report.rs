@@ -275,7 +275,7 @@ pub(super) struct SolverFigures {
     pub cut_short: Count,
     /// Steps in which the budget had no room for the second solve of a tear that was due.
     pub tear_undecided: Count,
-    /// Steps in which a tip advanced while its energy release was not at rest: the corrector solves were used up.
+    /// Steps in which corrector solves ran out before the energy release at a tip came to rest.
     pub release_unsettled: Count,
     /// Steps that left refinement to the next one, the budget being used up.
     pub refinement_put_off: Count,

@@ -65,7 +65,7 @@ pub(super) struct Tally {
     /// Steps in which the budget had no room for the second solve of a tear.
     #[serde(default)]
     pub tear_undecided: Count,
-    /// Steps in which a tip advanced while its energy release was not at rest.
+    /// Steps in which corrector solves ran out before the energy release at a tip came to rest.
     #[serde(default)]
     pub release_unsettled: Count,
     /// Steps that left refinement to the next one, the budget being used up.

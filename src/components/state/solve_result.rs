@@ -39,7 +39,7 @@ pub struct SolveResult {
     pub(crate) work_of_advance: u32,
     /// Whether a tear was decided without a corrector solve, for lack of budget.
     pub is_tear_undecided: bool,
-    /// Whether a tip has advanced while its energy release was not at rest: the corrector solves were used up.
+    /// Whether corrector solves ran out in this step before the energy release at a tip near its toughness came to rest.
     pub is_release_unsettled: bool,
     /// Whether the budget has ended the last linear solve before its tolerances were reached.
     pub(crate) is_cut_short: bool,

@@ -14,7 +14,7 @@ use crate::components::{
 use crate::event::EventKind;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::fracture::{
-    Advance, Cutter, Followers, FollowersQuery, NewTip, Quality, TearRefusal, TearScratch, TipChart,
+    Advance, Cutter, Followers, FollowersQuery, NewTip, Quality, TearRefusal, TearScratch, TipChart, corrector,
 };
 use crate::systems::{StepContext, work};
 use glam::DVec3;
@@ -56,7 +56,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             continue;
         }
         count += 1;
-        result.is_release_unsettled |= super::corrector::is_used_up(tearing, decisions);
+        result.is_release_unsettled |= corrector::is_used_up(tearing, decisions);
         let (advances_before, starts_before) = (log.advance_count, log.nucleation_count);
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
