@@ -70,8 +70,8 @@ pub struct BodyReport {
     /// the first one alone did.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_tear_undecided: bool,
-    /// Whether corrector solves ran out before the energy release at a tip near its toughness came to rest: the fifth still changed it by more than
-    /// 0.3 % of the toughness.
+    /// Whether corrector solves ran out before the energy release at a tip near its toughness came to rest: the fifth, or the last that the step's
+    /// [budget](crate::settings::Settings::budget) allowed, still changed it by more than 0.3 % of the toughness.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_release_unsettled: bool,
     /// Whether the step's [budget](crate::settings::Settings::budget) has left refinement around the tips to the next step.

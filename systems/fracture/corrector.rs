@@ -73,6 +73,7 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
             if is_first { will_tear(tables, (tearing, tips, decisions)) } else { is_unsettled(tearing, decisions) };
         let is_solved = tears && step.affords(result, 1);
         result.is_tear_undecided |= tears && is_first && !is_solved;
+        result.is_release_unsettled |= tears && !is_first && !is_solved;
         if is_solved {
             decisions.note_corrector();
             result.select(true);

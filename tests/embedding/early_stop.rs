@@ -100,8 +100,8 @@ fn a_budget_bounds_the_work_and_keeps_the_bits() {
 }
 
 /// The most work of a step while a hand jerks a sheet that may tear to and fro over a ball, 120 steps; with the attempts undone, the
-/// advances, the steps that went only a part of their way and those whose tear had one solve only.
-fn most_work(settings: Settings) -> (u32, [u32; 4]) {
+/// advances, the steps that went only a part of their way, those whose tear had one solve only and those whose release was not at rest.
+fn most_work(settings: Settings) -> (u32, [u32; 5]) {
     let (mut simulation, body) = sheet(settings, true);
     simulation.world_mut().insert(body.entity(), (Tearing::default(), Contact::default())).unwrap();
     simulation.cut(body, &[DVec3::new(20.0, 8.0, 0.0), DVec3::new(14.0, 9.0, 0.0)]).unwrap();
@@ -111,7 +111,7 @@ fn most_work(settings: Settings) -> (u32, [u32; 4]) {
     let jaws = Jaws { radius: 1.5, ..Jaws::default() };
     let forceps = simulation.spawn_forceps("forceps", jaws, Pose::at(start)).unwrap();
     simulation.close_forceps(forceps, body, &Grasp::Point(start)).unwrap();
-    let (mut most, mut counts) = (0, [0; 4]);
+    let (mut most, mut counts) = (0, [0; 5]);
     for step in 0..120 {
         let phase = f64::from(step / 6);
         let way = DVec3::new((2.4 * phase).sin(), (3.1 * phase).sin(), (1.7 * phase).sin());
@@ -119,17 +119,17 @@ fn most_work(settings: Settings) -> (u32, [u32; 4]) {
         let report = &simulation.step(DT).unwrap().bodies[0];
         most = most.max(report.work);
         let (undone, in_part) = (report.guard.refusals(), u32::from(report.any_substep_limited));
-        let undecided = u32::from(report.is_tear_undecided);
+        let (undecided, unsettled) = (u32::from(report.is_tear_undecided), u32::from(report.is_release_unsettled));
         let advances =
             simulation.drain_events().filter(|e| matches!(e.kind, EventKind::Advanced { .. })).count() as u32;
-        counts.iter_mut().zip([undone, advances, in_part, undecided]).for_each(|(sum, count)| *sum += count);
+        counts.iter_mut().zip([undone, advances, in_part, undecided, unsettled]).for_each(|(sum, count)| *sum += count);
     }
     (most, counts)
 }
 
 #[test]
 fn no_step_under_a_rough_hand_goes_above_its_budget() {
-    let mut sums = [0; 4];
+    let mut sums = [0; 5];
     for (corrections, halvings) in [(0, 1), (0, 4), (10, 4)] {
         for budget in [50, 80, 150, 400] {
             let settings = Settings {
@@ -144,6 +144,8 @@ fn no_step_under_a_rough_hand_goes_above_its_budget() {
             let (most, counts) = most_work(settings);
             println!("{corrections} corrections, {halvings} halvings, a budget of {budget}: {most}, {counts:?}");
             assert!(most <= budget, "{most} of {budget} with {corrections} corrections, {halvings} halvings");
+            // Fewer solves than five correctors take: the budget ends them, and that is told.
+            assert!(counts[4] > 0 || !(80..=150).contains(&budget), "{counts:?} with a budget of {budget}");
             sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
         }
     }

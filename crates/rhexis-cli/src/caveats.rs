@@ -38,7 +38,10 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         "a tear could have gone on when the step had used up run.max_tear_passes, run.budget or run.advanced.static_advances",
     );
     counted(t.tear_undecided, "a tear was decided on without a second solve (run.budget)");
-    counted(t.release_unsettled, "five corrector solves did not bring the energy release at a tip to rest");
+    counted(
+        t.release_unsettled,
+        "five corrector solves, or fewer by run.budget, did not bring the energy release at a tip to rest",
+    );
     counted(t.refinement_put_off, "refinement was left to the next step (run.budget)");
     if t.rolled_back > 0 {
         list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
