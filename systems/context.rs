@@ -265,14 +265,16 @@ impl StepContext {
     }
 
     /// The tangent of a body's next solve. The projected and the weighted one come after a rotated one; and it goes on where an exact one was
-    /// indefinite. After a glide the first solve takes the weighted tangent of a corrector solve.
+    /// indefinite. Where it is to be rotated, corrector solves take the weighted one, and so does the first solve after a glide. Those of tips that
+    /// glide take the projected one: the release beside slack lips then settles in two of them, by the weighted in five.
     pub fn tangent_of(&self, result: &SolveResult) -> Tangent {
         match self.tangent {
             Tangent::Exact if result.fell_back => Tangent::Projected,
             Tangent::Projected | Tangent::Weighted if result.newton_iterations == 0 => Tangent::Rotated,
-            Tangent::Rotated if result.follows_glide && self.newton_iterations == 1 && !self.is_fallback => {
-                Tangent::Weighted
-            }
+            Tangent::Rotated if self.is_fallback => Tangent::Rotated,
+            Tangent::Rotated if self.is_corrector && result.has_gliding_tips => Tangent::Projected,
+            Tangent::Rotated if self.is_corrector => Tangent::Weighted,
+            Tangent::Rotated if result.follows_glide && self.newton_iterations == 1 => Tangent::Weighted,
             tangent => tangent,
         }
     }

@@ -29,8 +29,8 @@ pub enum Tangent {
     /// Newton's method at nearly quadratic convergence that never meets an indefinite operator.
     Projected,
     /// Mean of the projected and the rotated one by the state of each triangle: projected where it is in tension, rotated where it is
-    /// slack and turns freely. The first solve of a step takes the rotated one. Corrector solves of a tear take it where this setting is
-    /// `Rotated`.
+    /// slack and turns freely. The first solve of a step takes the rotated one. Where this setting is `Rotated`, corrector solves of a tear by
+    /// whole triangles take it, and the first solve after a tip has glided; corrector solves of tips that glide take the projected one.
     Weighted,
 }
 

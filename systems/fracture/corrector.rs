@@ -23,7 +23,7 @@ fn will_tear(
     (tearing, tips, decisions): (&Tearing, &Tips, &TearDecisions),
 ) -> bool {
     let is_acted_on = |tip: usize, decision: &TearDecision| {
-        (decision.value > due(tearing) || is_expected(tips, decisions, tip)) && !tips.is_refused[tip]
+        is_near(decision.value, (tearing, tips, decisions), tip) && !tips.is_refused[tip]
     };
     let mut asking = decisions.tips.iter().enumerate().filter_map(|(tip, decision)| Some((tip, decision.as_ref()?)));
     let is_refused = |site| {
@@ -46,18 +46,23 @@ fn due(tearing: &Tearing) -> f64 {
     if tearing.mode == TearMode::Glide { NEARLY } else { DUE }
 }
 
-/// Whether the last corrector solve has changed the energy release at a tip that is about to advance.
-fn is_unsettled(tearing: &Tearing, decisions: &TearDecisions) -> bool {
-    let mut tips = decisions.tips.iter().zip(&decisions.before_corrector);
-    tips.any(|(decision, before)| {
+/// Whether a tip with this criterion is near its toughness, or expected there.
+fn is_near(value: f64, (tearing, tips, decisions): (&Tearing, &Tips, &TearDecisions), tip: usize) -> bool {
+    value > due(tearing) || is_expected(tips, decisions, tip)
+}
+
+/// Whether the last corrector solve has changed the energy release at a tip near its toughness.
+fn is_unsettled(tearing: &Tearing, tips: &Tips, decisions: &TearDecisions) -> bool {
+    let mut judged = decisions.tips.iter().zip(&decisions.before_corrector).enumerate();
+    judged.any(|(tip, (decision, before))| {
         let value = decision.map_or(0.0, |decision| decision.value);
-        value > due(tearing) && (value * value - before * before).abs() > AT_REST
+        (value * value - before * before).abs() > AT_REST && is_near(value, (tearing, tips, decisions), tip)
     })
 }
 
 /// Whether the last corrector solve that a pass allows has left the energy release at a tip unsettled.
-pub(super) fn is_used_up(tearing: &Tearing, decisions: &TearDecisions) -> bool {
-    decisions.correctors >= CORRECTORS && is_unsettled(tearing, decisions)
+pub(super) fn is_used_up(tearing: &Tearing, tips: &Tips, decisions: &TearDecisions) -> bool {
+    decisions.correctors >= CORRECTORS && is_unsettled(tearing, tips, decisions)
 }
 
 /// Marks for another solve the bodies whose tips will advance in this step and whose budget allows one. Returns their number.
@@ -69,8 +74,11 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
         result.select(false);
         let Some((tables, (tearing, tips, decisions))) = tearing else { continue };
         let is_first = decisions.correctors == 0;
-        let tears =
-            if is_first { will_tear(tables, (tearing, tips, decisions)) } else { is_unsettled(tearing, decisions) };
+        let tears = if is_first {
+            will_tear(tables, (tearing, tips, decisions))
+        } else {
+            is_unsettled(tearing, tips, decisions)
+        };
         let is_solved = tears && step.affords(result, 1);
         result.is_tear_undecided |= tears && is_first && !is_solved;
         result.is_release_unsettled |= tears && !is_first && !is_solved;
@@ -125,7 +133,7 @@ mod tests {
             let mut decisions = TearDecisions { tips: vec![Some(decided(before))], ..TearDecisions::default() };
             (0..correctors).for_each(|_| decisions.note_corrector());
             decisions.tips = vec![Some(decided(value))];
-            is_used_up(&tearing, &decisions)
+            is_used_up(&tearing, &Tips::default(), &decisions)
         };
         assert!(is_used_up_after(CORRECTORS, [1.0, 1.002]));
         assert!(!is_used_up_after(CORRECTORS, [1.0, 1.001]), "0.2 % of the toughness");

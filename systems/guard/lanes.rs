@@ -98,6 +98,7 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
 mod tests {
     //! The lanes against one triangle after another, and the instruction sets against each other.
 
+    use super::super::line_search::Fraction;
     use super::super::*;
     use super::Whole;
     use crate::components::{Fibres, Material};
@@ -194,6 +195,30 @@ mod tests {
     }
 
     #[test]
+    fn the_potential_along_a_whole_answer_needs_no_product() {
+        with_sheet(false, |solved| {
+            for (is_damped_before, is_counted) in [(false, false), (true, true)] {
+                let (partials, pairs, passes) = (&mut Vec::new(), &mut Vec::new(), &mut BendingPasses::default());
+                let (corner, [pull, product]) = (&mut Vec::new(), &mut [Vec::new(), Vec::new()]);
+                let mut sums = Sums { partials, pairs, passes, corner, pull, product };
+                let solved = Solved { is_damped_before, is_counted, ..*solved };
+                solved.find_pull(&solved.operator, &mut sums);
+                let Fraction { fraction, potential, .. } = solved.fraction(&solved.operator, &mut sums);
+                // The fraction as the whole answer of another solve of the same load b: its residual is b − p·(b − s).
+                let delta: Vec<DVec3> = solved.delta.iter().map(|u| *u * fraction).collect();
+                let residual: Vec<DVec3> =
+                    sums.pull.iter().zip(solved.residual).map(|(b, s)| *b - (*b - *s) * fraction).collect();
+                let work = -delta.iter().zip(&residual).map(|(u, s)| u.dot(*s)).sum::<f64>();
+                let part = Solved { delta: &delta, residual: &residual, ..solved };
+                let energies = part.strained_and_damped(&mut sums);
+                let without = part.potential(&part.operator, (&energies, work), sums.partials);
+                // Rounding of energies and works that are some thousand times their sum.
+                assert!((without - potential).abs() < 1e-12 * potential.abs(), "{without:e} {potential:e}");
+            }
+        });
+    }
+
+    #[test]
     fn what_drag_takes_is_not_left_over() {
         with_sheet(false, |solved| {
             let Solved {
@@ -211,9 +236,9 @@ mod tests {
                 solved.is_counted = is_counted;
                 let [with, without] = [2e-3, 0.0].map(|drag| {
                     solved.drag = drag;
-                    let (partials, passes) = (&mut Vec::new(), &mut BendingPasses::default());
+                    let (partials, pairs, passes) = (&mut Vec::new(), &mut Vec::new(), &mut BendingPasses::default());
                     let (corner, [pull, product]) = (&mut Vec::new(), &mut [Vec::new(), Vec::new()]);
-                    solved.spurious_energy(1.0, &mut Sums { partials, passes, corner, pull, product })
+                    solved.spurious_energy(1.0, &mut Sums { partials, pairs, passes, corner, pull, product })
                 });
                 // Rounding of the spurious energy, some hundred times the dissipation by drag.
                 assert!((without - with - 2e-3 * way).abs() < 1e-12 * without.abs(), "{without} {with} {way}");

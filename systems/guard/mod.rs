@@ -26,6 +26,9 @@
 //!    settings allow it;
 //! 4. refusal: the step is undone and [retried in halves](crate::settings::Advanced::max_step_halvings).
 //!
+//! A corrector solve of tips that glide takes the fraction of its answer that lowers the incremental potential: where sheets snap from slack to
+//! taut whole answers go to and fro, and the tear would be decided on any of them.
+//!
 //! Damping counts as external work: the stress that earlier solves of the step have left works along the displacement of this
 //! one, so that its dissipation cancels spurious energy. So does drag.
 //!
@@ -54,7 +57,7 @@ use crate::systems::forces::element::BodyLaw;
 use crate::systems::solver::{Operator, reactions};
 use crate::systems::{Formula, StepContext, parallel};
 use glam::DVec3;
-use solved::{Solved, Sums};
+use solved::{Solved, Strained, Sums};
 use verdict::{Judged, Permitted};
 
 /// Limit of the spurious energy, as a share of the energy in the body. The next steps mostly take away the energy that one
@@ -151,7 +154,16 @@ fn enforce_in(
         && !may_spin(planar, &scratch.free, holders.0);
     let (twice_stored, work) = (scratch.twice_stored, scratch.residual_work);
     let SolverScratch {
-        free, residual, partials, to_correct, is_counted, direction: pull, product, relaxation, ..
+        free,
+        residual,
+        partials,
+        pairs,
+        to_correct,
+        is_counted,
+        direction: pull,
+        product,
+        relaxation,
+        ..
     } = &mut *scratch;
     let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
     let solved = Solved {
@@ -172,8 +184,14 @@ fn enforce_in(
     // Where the body has lost energy since, the sum is clamped to the present limit.
     let before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
     let mut spare = BendingPasses::default();
-    let mut sums = Sums { partials, passes: passes.unwrap_or(&mut spare), corner, pull, product };
-    let more = solved.spurious_energy(1.0, &mut sums);
+    let mut sums = Sums { partials, pairs, passes: passes.unwrap_or(&mut spare), corner, pull, product };
+    let is_searched = step.is_corrector && !step.is_correction && result.has_gliding_tips;
+    let whole = if is_searched {
+        solved.strained_and_damped(&mut sums)
+    } else {
+        Strained { spurious: solved.strained(1.0, &mut sums), damped: 0.0 }
+    };
+    let more = solved.less_dissipated(whole.spurious, 1.0, sums.partials);
     let judged = Judged {
         solved: &solved,
         holders,
@@ -196,7 +214,11 @@ fn enforce_in(
         is_solved_further: may_correct,
         is_undone: step.has(Part::Undo),
     };
-    let (verdict, place) = judged.verdict(&may, relaxation, &mut sums);
+    let searched = if is_searched { judged.searched(&whole, &mut sums) } else { None };
+    let (verdict, place) = match searched {
+        Some(verdict) => (verdict, None),
+        None => judged.verdict(&may, relaxation, &mut sums),
+    };
     verdict.apply(place, limit, (increment, scratch, ledger));
 }
 

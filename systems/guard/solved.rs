@@ -10,7 +10,7 @@ use crate::systems::forces::element::BodyLaw;
 use crate::systems::kernels::membrane;
 use crate::systems::parallel;
 use crate::systems::solver::Operator;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A body and the solve's answer.
 #[derive(Clone, Copy)]
@@ -45,9 +45,18 @@ pub(super) struct Bounds {
     pub(super) most: f64,
 }
 
+/// Energies of membrane and bending along the whole answer \[mJ\].
+pub(super) struct Strained {
+    /// Spurious energy before dissipation.
+    pub(super) spurious: f64,
+    /// Energy of damping in the incremental potential: the work of the stress of earlier solves, and half of that of its own.
+    pub(super) damped: f64,
+}
+
 /// Working memory of the sums over a body.
 pub(super) struct Sums<'a> {
     pub(super) partials: &'a mut Vec<f64>,
+    pub(super) pairs: &'a mut Vec<DVec2>,
     pub(super) passes: &'a mut BendingPasses,
     /// Of the operator's products.
     pub(super) corner: &'a mut Vec<[DVec3; 3]>,
@@ -86,6 +95,11 @@ impl Solved<'_> {
 
     /// Spurious energy of a triangle \[mJ\] by this `fraction` of the answer.
     pub(super) fn of_triangle(&self, t: usize, fraction: f64) -> f64 {
+        self.of_triangle_and_damped(t, fraction).x
+    }
+
+    /// Spurious energy of a triangle, and energy of damping in the incremental potential there \[mJ\].
+    fn of_triangle_and_damped(&self, t: usize, fraction: f64) -> DVec2 {
         let Self { operator: Operator { vertices, triangles, frames, .. }, .. } = self;
         let rest = &triangles.rest[t];
         let corners = triangles.corners[t].map(|v| v as usize);
@@ -95,11 +109,10 @@ impl Solved<'_> {
         let start = frames.state(t);
         let (volume, end) = (self.volume(t), self.law.element(self.operator.triangles, t).energy(x));
         let rate = membrane::stretch_rate(&start.polar, rest, u);
-        let pull = self.operator.element(t).apply(u);
-        let work = volume * start.stress.contract(rate)
-            + self.damped(t, rate)
-            + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
-        end - self.stored(t, &start) - work
+        let (pull, damped) = (self.operator.element(t).apply(u), self.damped(t, rate));
+        let work = volume * start.stress.contract(rate) + damped + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
+        let own = 0.5 * volume * self.viscous_stress(t, rate).contract(rate);
+        DVec2::new(end - self.stored(t, &start) - work, damped + own)
     }
 
     /// [`damped`](Self::damped) where a triangle goes this `fraction` of the answer.
@@ -112,24 +125,34 @@ impl Solved<'_> {
         self.damped(t, membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u))
     }
 
+    /// Stress of damping \[MPa\] by a stretch rate.
+    fn viscous_stress(&self, t: usize, rate: Sym2) -> Sym2 {
+        let Operator { triangles, frames, viscosity, .. } = self.operator;
+        frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), rate * viscosity)
+    }
+
     /// Work along a stretch rate \[mJ\] of the damping stress from the step's earlier solves, and in these where they are not
     /// counted.
     pub(super) fn damped(&self, t: usize, rate: Sym2) -> f64 {
-        let Operator { triangles, frames, viscosity, .. } = self.operator;
+        let Operator { triangles, frames, .. } = self.operator;
         if !self.is_damped_before {
             return 0.0;
         }
         let u = triangles.corners[t].map(|v| self.increment.displacement[v as usize]);
         let earlier = membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u);
-        let stress = frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), earlier * viscosity);
         let along = if self.is_counted { rate } else { rate + earlier };
-        self.volume(t) * stress.contract(along)
+        self.volume(t) * self.viscous_stress(t, earlier).contract(along)
     }
 
     /// Spurious energy of this `fraction` of the answer \[mJ\].
     pub(super) fn spurious_energy(&self, fraction: f64, sums: &mut Sums<'_>) -> f64 {
-        let sum = self.strained(fraction, sums);
-        if sum == 0.0 { 0.0 } else { sum - self.dissipated(fraction, sums.partials) }
+        let strained = self.strained(fraction, sums);
+        self.less_dissipated(strained, fraction, sums.partials)
+    }
+
+    /// Spurious energy \[mJ\] of this `fraction` of the answer, by that of membrane and bending.
+    pub(super) fn less_dissipated(&self, strained: f64, fraction: f64, partials: &mut Vec<f64>) -> f64 {
+        if strained == 0.0 { 0.0 } else { strained - self.dissipated(fraction, partials) }
     }
 
     /// Spurious energy of membrane and bending \[mJ\] along this `fraction` of the answer, before dissipation.
@@ -147,6 +170,13 @@ impl Solved<'_> {
             parallel::sum(triangles.len(), sums.partials, |t| self.of_triangle(t, fraction))
         };
         sum + self.bent(fraction, sums)
+    }
+
+    /// Energies of membrane and bending along the whole answer \[mJ\].
+    pub(super) fn strained_and_damped(&self, sums: &mut Sums<'_>) -> Strained {
+        let mut rows = vec![(); self.operator.triangles.len()];
+        let sum = parallel::sum_rows(&mut rows, sums.pairs, |t, ()| self.of_triangle_and_damped(t, 1.0));
+        Strained { spurious: sum.x + self.bent(1.0, sums), damped: sum.y }
     }
 
     /// Dissipation by backward Euler and drag \[mJ\] along this `fraction` of the answer, less the work of the motion at the

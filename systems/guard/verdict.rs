@@ -1,8 +1,9 @@
 //! The verdict on a solve's answer: it is kept, taken in part, corrected by a further Newton solve or refused.
 
+use super::line_search::Fraction;
 use super::local_relaxation::Extent;
-use super::solved::{Bounds, Solved, Sums};
-use super::{HALVED, LEAST_FRACTION, RELAXING, place};
+use super::solved::{Bounds, Solved, Strained, Sums};
+use super::{HALVED, LEAST_FRACTION, RELAXING, SUM_ROUNDING, place};
 use crate::components::{GuardLedger, Increment, LocalRelaxation, SolverScratch};
 use crate::event::{GuardCause, GuardPlace};
 use crate::systems::solver::Operator;
@@ -40,6 +41,8 @@ pub(super) struct Judged<'a> {
 pub(super) enum Verdict {
     /// The body takes the whole answer, or that of a local relaxation.
     Kept(f64, bool),
+    /// The body takes this fraction of a corrector's answer.
+    Searched(f64, f64),
     /// The body takes this fraction of the answer.
     StepLimited(f64, f64),
     /// The body takes this fraction of the answer or of a local relaxation's way, and gets a Newton correction from there.
@@ -90,6 +93,20 @@ impl Judged<'_> {
             let more = relaxation.judged(self.solved).spurious_energy(1.0, sums);
             self.before + more + relaxation.residual_work(self.solved, &full, sums)
         })
+    }
+
+    /// Verdict on a corrector's answer that would raise the incremental potential: the fraction that lowers it, where that stays below the limit.
+    pub(super) fn searched(&self, whole: &Strained, sums: &mut Sums<'_>) -> Option<Verdict> {
+        let full = self.full();
+        let potential = self.solved.potential(&full, (whole, self.work), sums.partials);
+        // One that is no number is judged by the sum.
+        if !(potential > SUM_ROUNDING * self.most) {
+            return None;
+        }
+        self.solved.find_pull(&full, sums);
+        let Fraction { fraction, created, .. } = self.solved.fraction(&full, sums);
+        let sum = self.before + created;
+        (sum <= self.most).then_some(Verdict::Searched(sum, fraction))
     }
 
     fn shortened(&self, sums: &mut Sums<'_>) -> Verdict {
@@ -153,7 +170,7 @@ impl Verdict {
         }
         ledger.creates_energy = matches!(self, Self::Refused);
         increment.creates_at = place;
-        if let Self::Kept(sum, _) | Self::StepLimited(sum, _) = self {
+        if let Self::Kept(sum, _) | Self::Searched(sum, _) | Self::StepLimited(sum, _) = self {
             (ledger.spurious_energy, scratch.is_counted) = (sum.max(0.0), true);
         }
         match self {
@@ -161,6 +178,10 @@ impl Verdict {
                 increment.is_fraction = true;
                 ledger.relaxing = RELAXING;
                 increment.guard.relax(somewhere);
+            }
+            Self::Searched(_, fraction) => {
+                increment.is_fraction = true;
+                increment.take_fraction(&scratch.free, fraction);
             }
             Self::StepLimited(_, fraction) => {
                 ledger.is_step_limited = true;

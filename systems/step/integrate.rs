@@ -26,7 +26,8 @@ pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
         if let Some((vertices, tearing, tips, decisions)) = tears {
             decisions.correctors = 0;
             decisions.glides.clear();
-            if tearing.glides(step.is_static) {
+            result.has_gliding_tips = tearing.glides(step.is_static);
+            if result.has_gliding_tips {
                 result.follows_glide = begin_glides(vertices, tips, decisions);
             }
         }

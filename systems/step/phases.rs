@@ -139,9 +139,7 @@ const CORRECTOR: Phase = While(Loop {
     most: |step| if step.has(Part::TipSolve) { CORRECTORS } else { 0 },
     context: |step, _| {
         let stress_tolerance = CORRECTOR_STRESS * step.linear.stress_tolerance;
-        let is_rotated = step.tangent == Tangent::Rotated && !step.is_fallback;
-        let tangent = if is_rotated { Tangent::Weighted } else { step.tangent };
-        StepContext { is_corrector: true, tangent, linear: LinearParams { stress_tolerance, ..step.linear }, ..*step }
+        StepContext { is_corrector: true, linear: LinearParams { stress_tolerance, ..step.linear }, ..*step }
     },
     phases: &[Group(LINEAR), Check, Run(Stage::PreventTunnelling), Run(Stage::Decide)],
     used_up: &[],

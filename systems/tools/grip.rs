@@ -16,7 +16,7 @@ use smallvec::SmallVec;
 /// A sum of steps may miss a time by so much of a step.
 const TIME_ROUNDING: f64 = 1e-6;
 
-/// Smallest part of its way that a target may go before tissue slips.
+/// Smallest part of its way that a target may go beyond the place of the least pull before tissue slips.
 const LEAST_PART: f64 = 1e-3;
 
 /// Closes, moves and opens the jaws of scripts, and opens those of forceps that are no more.
@@ -132,7 +132,8 @@ pub fn feel(world: &mut hecs::World, step: &StepContext) -> usize {
 }
 
 /// Part of the way of a step that the target of jaws goes: the fraction of the increment that the body has applied. Where the budget has cut
-/// short the solve of a jump, its residual stretches the springs: there, and in limited steps, the way is halved until the jaws can hold.
+/// short the solve of a jump, its residual stretches the springs: there, and in limited steps, the way beyond the place where they pull least is
+/// halved until the jaws can hold.
 fn part_of_way(
     pinch: &Pinch,
     vertices: &Vertices,
@@ -140,20 +141,27 @@ fn part_of_way(
     (increment, result): (&Increment, &SolveResult),
     step: &StepContext,
 ) -> f64 {
-    let mut part = 1.0 - increment.unapplied;
+    let part = 1.0 - increment.unapplied;
     let (Some(start), Some(limit), Some(whole)) = (pinch.start, pinch.jaws.force_limit, pinch.jaws.stiffness) else {
         return part;
     };
     let aim = pinch.aim(step.time);
     let is_jump = || pinch.is_paced() || whole * pinch.way(&start.pose, &aim) > limit;
-    if part < 1.0 || result.is_cut_short && is_jump() {
-        let pull = |(row, target): (u32, DVec3)| (target - vertices.position[row as usize]) * stiffness(row);
-        let force = |part: f64| pinch.targets(start.pose.towards(&aim, part)).map(pull).sum::<DVec3>().length();
-        while part > LEAST_PART && force(part) > limit {
-            part *= 0.5;
-        }
+    if !(part < 1.0 || result.is_cut_short && is_jump()) {
+        return part;
     }
-    part
+    let pull = |(row, target): (u32, DVec3)| (target - vertices.position[row as usize]) * stiffness(row);
+    let force = |part: f64| pinch.targets(start.pose.towards(&aim, part)).map(pull).sum::<DVec3>();
+    // Springs are linear, and so are the targets of jaws that do not turn.
+    let first = force(0.0);
+    let growth = force(part) - first;
+    let growth_sq = growth.length_squared();
+    let least = if growth_sq > 0.0 { part * (-first.dot(growth) / growth_sq).clamp(0.0, 1.0) } else { 0.0 };
+    let mut beyond = part - least;
+    while beyond > LEAST_PART && force(least + beyond).length() > limit {
+        beyond *= 0.5;
+    }
+    least + beyond
 }
 
 /// Judges the force by its limit: whether the jaws let go. Tissue that slides comes to rest in the jaws where its springs pull with

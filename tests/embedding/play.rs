@@ -6,17 +6,22 @@ use rhexis::settings::{Accuracy, Settings};
 #[allow(dead_code, unused_imports, reason = "shared with the example, which prints more")]
 mod game;
 
-/// Twelve seconds with each of five seeds, in which tears advance at least so often.
+/// Twelve seconds with each of ten seeds; with each of the first five tears advance at least so often.
 fn holds(accuracy: Accuracy, least: u32) {
-    for seed in 1..=5 {
+    let [mut all_grasps, mut all_slips] = [0, 0];
+    for seed in 1..=10 {
         let settings = Settings { threads: 1, ..Settings::new(accuracy) };
         let (summary, _) = game::play(12.0, seed, settings, || 0).unwrap();
         let [grasps, slips, advances] = ["grasped", "slipped", "tears advanced"].map(|what| summary.counted(what));
         let held = summary.held();
         let figures =
             format!("{accuracy:?}, seed {seed}: {grasps} grasps, {slips} slips, {held} frames, {advances} advances");
-        assert!(4 * slips <= grasps && held >= 150 && advances >= least, "{figures}");
+        println!("{figures}");
+        assert!(seed > 5 || 4 * slips <= grasps && held >= 150 && advances >= least, "{figures}");
+        (all_grasps, all_slips) = (all_grasps + grasps, all_slips + slips);
     }
+    // Without a limit 4 of 47 slip: some hands pull harder than the jaws can.
+    assert!(10 * all_slips <= all_grasps, "{accuracy:?}: {all_slips} of {all_grasps} slip");
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn putting_tissue_outside_a_moving_obstacle_is_a_term_of_its_own() {
     let body = simulation.spawn(skin).unwrap();
     let shape = Shape::Sphere { centre: DVec3::new(0.3, 0.1, -3.01), radius: 3.0 };
     simulation
-        .spawn_obstacle(Solid::new(shape).path(Path { points: vec![(0.0, DVec3::ZERO), (1500.0, DVec3::Z * 20.0)] }))
+        .spawn_obstacle(Solid::new(shape).path(Path { points: vec![(0.0, DVec3::ZERO), (500.0, DVec3::Z * 20.0)] }))
         .unwrap();
     let mut any_vertex_projected = false;
     for _ in 0..200 {

@@ -43,6 +43,8 @@ pub struct SolveResult {
     pub is_release_unsettled: bool,
     /// Whether the budget has ended the last linear solve before its tolerances were reached.
     pub(crate) is_cut_short: bool,
+    /// Whether tips of the body glide in this step.
+    pub(crate) has_gliding_tips: bool,
     /// Whether a tip has glided since the last solve.
     pub(crate) follows_glide: bool,
     /// Why the last step of the body was given up.
