@@ -28,6 +28,7 @@ use angles::Edges;
 pub use forces::BendingPasses;
 use glam::DVec3;
 pub use hinge::Dihedral;
+use std::sync::Arc;
 use taut::Part;
 
 /// Data from which a triangle's rest bending follows, beside its neighbours: rest shape, neighbour rows, bending law and the
@@ -48,15 +49,15 @@ struct RestBending {
     stiffest: Sym2,
 }
 
-/// Bending state of a body. *Derived*: rest data follow the mesh by themselves.
+/// Bending state of a body. *Derived*: rest data follow the mesh by themselves; an energy at other positions shares them.
 #[derive(Debug, Default)]
 pub struct DihedralAngles {
-    rest: Vec<RestBending>,
-    made_of: Vec<MadeOf>,
+    rest: Arc<Vec<RestBending>>,
+    made_of: Arc<Vec<MadeOf>>,
     is_changed: Vec<bool>,
     /// The rest data in lanes, four triangles side by side.
-    groups: Vec<RestX4>,
-    edges: Edges,
+    groups: Arc<Vec<RestX4>>,
+    edges: Arc<Edges>,
     tilt: Vec<TiltX4>,
     /// Half the deviations of the dihedral angles from their rest values.
     half: Vec<EdgeValuesX4>,
@@ -106,15 +107,16 @@ impl DihedralAngles {
         if before.len() == count && !self.is_changed.contains(&true) {
             return;
         }
-        self.rest.resize(count, RestBending::default());
-        self.made_of.truncate(count);
+        let (rest, all_made_of) = (Arc::make_mut(&mut self.rest), Arc::make_mut(&mut self.made_of));
+        rest.resize(count, RestBending::default());
+        all_made_of.truncate(count);
         for t in (0..count).filter(|&t| self.is_changed[t]) {
             let made_of = made_of(t);
-            self.rest[t].law = bending::law(&made_of.0, &made_of.2, made_of.3);
-            match self.made_of.get_mut(t) {
+            rest[t].law = bending::law(&made_of.0, &made_of.2, made_of.3);
+            match all_made_of.get_mut(t) {
                 Some(before) => *before = made_of,
                 // All that are new are changed, and come in order.
-                None => self.made_of.push(made_of),
+                None => all_made_of.push(made_of),
             }
         }
         let normal = |t: usize| {
@@ -139,18 +141,20 @@ impl DihedralAngles {
                     let edge = vertices.rest_position[to as usize] - vertices.rest_position[from as usize];
                     angle = bending::angle(normal(t), normal(n), edge);
                 }
-                let rest = &mut self.rest[t];
+                let rest = &mut Arc::make_mut(&mut self.rest)[t];
                 rest.across[e] = across.map_or(NONE, |(n, f)| (3 * n + f) as u32);
                 rest.angle[e] = angle;
                 rest.turn[e] = bending::TURN / stiffness;
             }
-            self.rest[t].stiffest = self.stiffest(t, neighbours);
+            let stiffest = self.stiffest(t, neighbours);
+            Arc::make_mut(&mut self.rest)[t].stiffest = stiffest;
         }
-        self.edges.list(self.rest.iter().map(|rest| (&rest.angle, rest.across)));
+        Arc::make_mut(&mut self.edges).list(self.rest.iter().map(|rest| (&rest.angle, rest.across)));
         passes.is_at_end = false;
         let Self { rest, made_of, groups, .. } = self;
         let across = |across: u32| (across != NONE).then_some((across as usize / 3, across as usize % 3));
         let of_triangle = |t: usize| (rest[t].law, rest[t].turn, rest[t].across.map(across), made_of[t].0.area);
+        let groups = Arc::make_mut(groups);
         groups.clear();
         groups.extend((0..count).step_by(DOUBLES).map(|first| RestX4::new(first, count, of_triangle)));
     }
