@@ -71,7 +71,7 @@ pub struct BodyReport {
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_tear_undecided: bool,
     /// Whether corrector solves ran out before the energy release at a tip near its toughness came to rest: the fifth, or the last that the step's
-    /// [budget](crate::settings::Settings::budget) allowed, still changed it by more than 0.3 % of the toughness.
+    /// [budget](crate::settings::Settings::budget) allowed, still changed it by more than 0.3 % of the toughness, or the line search took only a fraction of the last one's answer.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_release_unsettled: bool,
     /// Whether the step's [budget](crate::settings::Settings::budget) has left refinement around the tips to the next step.

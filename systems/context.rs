@@ -266,7 +266,7 @@ impl StepContext {
 
     /// The tangent of a body's next solve. The projected and the weighted one come after a rotated one; and it goes on where an exact one was
     /// indefinite. Where it is to be rotated, corrector solves take the weighted one, and so does the first solve after a glide. Those of tips that
-    /// glide take the projected one: the release beside slack lips then settles in two of them, by the weighted in five.
+    /// glide take the projected one: the release beside slack lips then settles in fewer of them.
     pub fn tangent_of(&self, result: &SolveResult) -> Tangent {
         match self.tangent {
             Tangent::Exact if result.fell_back => Tangent::Projected,

@@ -60,9 +60,14 @@ fn is_unsettled(tearing: &Tearing, tips: &Tips, decisions: &TearDecisions) -> bo
     })
 }
 
-/// Whether the last corrector solve that a pass allows has left the energy release at a tip unsettled.
-pub(super) fn is_used_up(tearing: &Tearing, tips: &Tips, decisions: &TearDecisions) -> bool {
+/// Whether the corrector solves of a pass have left the energy release at a tip unsettled: the last one allowed still changes it, or the last
+/// one has `applied` only a fraction of its answer, so that little change is no rest.
+pub(super) fn leaves_unsettled(tearing: &Tearing, tips: &Tips, decisions: &TearDecisions, applied: f64) -> bool {
+    let mut judged = decisions.tips.iter().enumerate().filter_map(|(tip, decision)| Some((tip, decision.as_ref()?)));
     decisions.correctors >= CORRECTORS && is_unsettled(tearing, tips, decisions)
+        || decisions.correctors > 0
+            && applied < 1.0
+            && judged.any(|(tip, decision)| is_near(decision.value, (tearing, tips, decisions), tip))
 }
 
 /// Marks for another solve the bodies whose tips will advance in this step and whose budget allows one. Returns their number.
@@ -125,19 +130,23 @@ mod tests {
         }
     }
 
-    /// Correctors are used up where the last one still moves a tip near its toughness, by more than the 0.3 % that counts as rest.
+    /// Correctors leave a tip near its toughness unsettled where the last one still moves it, by more than the 0.3 % that counts as rest, or was
+    /// shortened.
     #[test]
-    fn correctors_are_used_up_where_the_last_leaves_a_tip_unsettled() {
+    fn correctors_leave_a_tip_unsettled_that_the_last_still_moves_or_was_shortened_at() {
         let tearing = Tearing { mode: TearMode::Glide, ..Tearing::default() };
-        let is_used_up_after = |correctors: u32, [before, value]: [f64; 2]| {
+        let is_left_by = |applied: f64, correctors: u32, [before, value]: [f64; 2]| {
             let mut decisions = TearDecisions { tips: vec![Some(decided(before))], ..TearDecisions::default() };
             (0..correctors).for_each(|_| decisions.note_corrector());
             decisions.tips = vec![Some(decided(value))];
-            is_used_up(&tearing, &Tips::default(), &decisions)
+            leaves_unsettled(&tearing, &Tips::default(), &decisions, applied)
         };
-        assert!(is_used_up_after(CORRECTORS, [1.0, 1.002]));
-        assert!(!is_used_up_after(CORRECTORS, [1.0, 1.001]), "0.2 % of the toughness");
-        assert!(!is_used_up_after(CORRECTORS, [0.5, 0.9]), "no tip is about to advance");
-        assert!(!is_used_up_after(CORRECTORS - 1, [1.0, 1.1]), "another corrector is left");
+        assert!(is_left_by(1.0, CORRECTORS, [1.0, 1.002]));
+        assert!(!is_left_by(1.0, CORRECTORS, [1.0, 1.001]), "0.2 % of the toughness");
+        assert!(!is_left_by(1.0, CORRECTORS, [0.5, 0.9]), "no tip is about to advance");
+        assert!(!is_left_by(1.0, CORRECTORS - 1, [1.0, 1.1]), "another corrector is left");
+        assert!(is_left_by(0.5, 1, [1.0, 1.001]), "the rest of its answer is not in it");
+        assert!(!is_left_by(0.5, 1, [0.5, 0.9]), "no tip is about to advance");
+        assert!(!is_left_by(0.5, 0, [1.0, 1.0]), "no corrector");
     }
 }

@@ -23,10 +23,10 @@ pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (&'a mut SolveResult, Option<&'a Sleeping>, Option<Tears<'a>>);
     for (result, sleeping, tears) in world.query_mut::<Query>() {
         result.begin(sleeping.is_some_and(Sleeping::is_asleep));
-        if let Some((vertices, tearing, tips, decisions)) = tears {
+        result.has_gliding_tips = tears.as_ref().is_some_and(|(_, tearing, ..)| tearing.glides(step.is_static));
+        if let Some((vertices, _, tips, decisions)) = tears {
             decisions.correctors = 0;
             decisions.glides.clear();
-            result.has_gliding_tips = tearing.glides(step.is_static);
             if result.has_gliding_tips {
                 result.follows_glide = begin_glides(vertices, tips, decisions);
             }

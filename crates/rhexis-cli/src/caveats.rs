@@ -40,7 +40,7 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     counted(t.tear_undecided, "a tear was decided on without a second solve (run.budget)");
     counted(
         t.release_unsettled,
-        "five corrector solves, or fewer by run.budget, did not bring the energy release at a tip to rest",
+        "corrector solves (five, or fewer by run.budget, the last perhaps shortened) did not bring the energy release at a tip to rest",
     );
     counted(t.refinement_put_off, "refinement was left to the next step (run.budget)");
     if t.rolled_back > 0 {

@@ -39,7 +39,7 @@ pub struct SolveResult {
     pub(crate) work_of_advance: u32,
     /// Whether a tear was decided without a corrector solve, for lack of budget.
     pub is_tear_undecided: bool,
-    /// Whether corrector solves ran out in this step before the energy release at a tip near its toughness came to rest.
+    /// Whether corrector solves of this step ended before the energy release at a tip near its toughness came to rest.
     pub is_release_unsettled: bool,
     /// Whether the budget has ended the last linear solve before its tolerances were reached.
     pub(crate) is_cut_short: bool,

@@ -56,7 +56,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             continue;
         }
         count += 1;
-        result.is_release_unsettled |= corrector::is_used_up(tearing, tips, decisions);
+        result.is_release_unsettled |= corrector::leaves_unsettled(tearing, tips, decisions, followers.0.applied);
         let (advances_before, starts_before) = (log.advance_count, log.nucleation_count);
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
