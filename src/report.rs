@@ -85,7 +85,8 @@ pub struct BodyReport {
     pub any_vertex_projected: bool,
     /// The most vertices in any part of the step that were relaxed locally: the linear solution would have gained energy.
     pub relaxed_vertices: usize,
-    /// Largest distance \[mm\] of a hand from where its jaws draw the tissue to; above zero after steps that were limited.
+    /// Largest distance \[mm\] of a hand from where its jaws draw the tissue to, or of a hold from its vertices; above zero after steps that were
+    /// limited.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub hand_ahead: f64,
     /// Steps since the body was spawned in which a tear that was to advance waited, no faster than Rayleigh waves.

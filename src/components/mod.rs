@@ -78,7 +78,6 @@ pub use state::guard_ledger::GuardLedger;
 #[doc(hidden)]
 pub use state::increment::Increment;
 pub use state::increment::Reactions;
-pub(crate) use state::increment::fraction_of;
 pub(crate) use state::ligament_failure::LigamentFailure;
 #[doc(hidden)]
 pub use state::obstacle_motion::{ContactForces, ObstacleMotion};

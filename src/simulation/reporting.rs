@@ -6,6 +6,7 @@ use crate::event::{Event, EventKind};
 use crate::report::{BodyReport, GuardFigures};
 use crate::storage::{BodyId, Tips, Triangles, Vertices};
 use crate::systems::StepContext;
+use crate::systems::forces::hold::{Held, behind};
 use crate::systems::step::faults::{fault_in, restore};
 use hecs::{Entity, World};
 use smallvec::SmallVec;
@@ -49,12 +50,16 @@ impl Simulation {
             (Entity, &'a Vertices, &'a Triangles, Option<&'a Tips>, &'a TearLog),
             (&'a Increment, &'a SolveResult, &'a GuardLedger),
             (Option<&'a Sleeping>, Option<&'a Refined>, Option<&'a Grips>),
+            Held<'a>,
         );
         let mut bodies = world.query::<Query>().with::<&Body>();
-        for ((body, vertices, triangles, tips, log), (increment, result, ledger), (sleeping, refined, grips)) in
+        for ((body, vertices, triangles, tips, log), (increment, result, ledger), (sleeping, refined, grips), held) in
             &mut bodies
         {
-            let closed = grips.into_iter().flat_map(|grips| &grips.pinches).filter(|pinch| pinch.is_closed());
+            let closed = grips.iter().flat_map(|grips| &grips.pinches).filter(|pinch| pinch.is_closed());
+            let ahead = closed.map(|pinch| pinch.hand_ahead(report.time)).fold(0.0, f64::max);
+            let is_behind = increment.any_substep_limited || ledger.hold_pace.is_some();
+            let behind = if is_behind { behind(vertices, (held, grips), report.time) } else { 0.0 };
             report.bodies.push(BodyReport {
                 body: body.into(),
                 vertex_count: vertices.len(),
@@ -79,7 +84,7 @@ impl Simulation {
                 any_substep_limited: increment.any_substep_limited,
                 any_vertex_projected: increment.any_vertex_projected,
                 relaxed_vertices: increment.relaxed,
-                hand_ahead: closed.map(|pinch| pinch.hand_ahead(report.time)).fold(0.0, f64::max),
+                hand_ahead: ahead.max(behind),
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,
                 guard: *increment.guard,

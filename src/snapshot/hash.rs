@@ -1,6 +1,6 @@
 //! A number that tells two states apart.
 
-use crate::components::{Body, Grips, JawsTarget};
+use crate::components::{Body, Grips, GuardLedger, JawsTarget};
 use crate::math::Sym2;
 use crate::storage::{Tips, Triangles, Vertices};
 use glam::DVec3;
@@ -19,7 +19,8 @@ use xxhash_rust::xxh3::Xxh3;
 ///   toughnesses where some are not the body's own;
 /// - number of tips, their keys, vertices, last directions, ideal points, criterion values, falls of G/G_c, marks;
 /// - for every grip the number of held vertices, their rows and their places in the jaws, and the jaws' target and its pace where it is behind
-///   the hand.
+///   the hand;
+/// - the pace of holds after a limited step.
 ///
 /// It takes column after column, each from the first row to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -42,10 +43,11 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
     let mut hash = Numbers(Xxh3::new());
     hash.whole(step);
     hash.real(time);
-    let mut query = world.query::<(&Body, &Vertices, &Triangles, Option<&Tips>, Option<&Grips>)>();
+    let mut query =
+        world.query::<(&Body, &Vertices, &Triangles, Option<&Tips>, Option<&Grips>, Option<&GuardLedger>)>();
     let mut bodies: Vec<_> = query.iter().collect();
     bodies.sort_unstable_by_key(|(body, ..)| body.order);
-    for (body, vertices, triangles, tips, grips) in bodies {
+    for (body, vertices, triangles, tips, grips, ledger) in bodies {
         hash.whole(u64::from(body.order));
         hash.keys(vertices.keys());
         for column in [&vertices.position, &vertices.velocity, &vertices.rest_position] {
@@ -87,6 +89,7 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
                 pose.orientation.to_array().into_iter().chain([*pace]).for_each(|value| hash.real(value));
             }
         }
+        ledger.and_then(|ledger| ledger.hold_pace).into_iter().for_each(|pace| hash.real(pace));
     }
     StateHash(hash.0.digest())
 }

@@ -19,7 +19,8 @@ struct Block {
     fell_back: bool,
     tangent: Tangent,
     spurious_energy: f64,
-    unchecked_bound: f64,
+    /// Pace of holds \[mm\], made negative; zero for none. Version 14 had a bound here that never was negative.
+    hold_pace: f64,
     start_spurious_energy: [f64; 2],
     creates_energy: bool,
     is_step_limited: bool,
@@ -46,7 +47,7 @@ pub(super) fn serialize<S: Serializer>(
         fell_back: result.fell_back,
         tangent: result.tangent,
         spurious_energy: ledger.spurious_energy,
-        unchecked_bound: 0.0,
+        hold_pace: ledger.hold_pace.map_or(0.0, |pace| -pace),
         start_spurious_energy: [ledger.start_spurious_energy, 0.0],
         creates_energy: ledger.creates_energy,
         is_step_limited: ledger.is_step_limited,
@@ -92,6 +93,8 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
             start_spurious_energy: block.start_spurious_energy[0],
             creates_energy: block.creates_energy,
             is_step_limited: block.is_step_limited,
+            hold_pace: (block.hold_pace < 0.0).then_some(-block.hold_pace),
+            start_hold_pace: None,
             relaxing: block.relaxing,
         };
         (result, ledger)

@@ -1,7 +1,7 @@
 //! Spurious energy of bending.
 
 use super::solved::{Solved, Sums};
-use crate::components::{Increment, fraction_of};
+use crate::components::Increment;
 use crate::settings::Tangent;
 
 impl Solved<'_> {
@@ -11,7 +11,7 @@ impl Solved<'_> {
         let Increment { start, displacement, .. } = self.increment;
         let before = self.is_damped_before.then_some((displacement.as_slice(), self.is_counted));
         let motion = |v: usize| {
-            let u = fraction_of(self.delta[v], self.free[v], fraction);
+            let u = self.delta[v] * fraction;
             [u, start[v] + (displacement[v] + u)]
         };
         let is_exact = self.operator.tangent == Tangent::Exact;

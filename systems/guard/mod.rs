@@ -10,9 +10,9 @@
 //! that adds w to its velocity. With v₀ at its start and the same loads, the two iterations together create the energy of the
 //! first one and E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀.
 //!
-//! Where the step takes only a fraction p of u along free axes, p·(1 − p)·u·A·u of that work is not done. Here A is the matrix
-//! of the step, whose equations p·u does not solve. The spurious energy is less by that, and with a small enough fraction
-//! energy is lost.
+//! Where the step takes only a fraction p of u, on prescribed axes as on free ones, p·(1 − p)·u·A·u by the rows of free axes of that work is
+//! not done. Here A is the matrix of the step, whose equations p·u does not solve. The spurious energy is less by that, and with a small
+//! enough fraction energy is lost. A hold that was to jump goes the rest of its way in later steps.
 //!
 //! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2. So a flap or a free
 //! fragment that turns far in one step breaks the inequality. A solve that stops at the residual r does the spurious work −u·r.
@@ -106,8 +106,7 @@ pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
 }
 
 /// The energy guard: adds the spurious energy of the last solve to the sum, and mends or marks the bodies above the limit. In a fallback
-/// sub-step such a body takes the largest fraction of its increment along free axes that stays below it, and is refused where even zero
-/// exceeds it.
+/// sub-step such a body takes the largest fraction of its increment that stays below it, and is refused where even zero exceeds it.
 pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     // Energy created by several solves is judged at their end.
     if !step.has(Part::EnergyGuard)

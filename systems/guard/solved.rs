@@ -2,7 +2,7 @@
 
 use super::lanes::Whole;
 use super::{shorter, slack_energy};
-use crate::components::{FreeAxes, Increment, fraction_of};
+use crate::components::{FreeAxes, Increment};
 use crate::math::{ElementState, Sym2};
 use crate::settings::Tangent;
 use crate::systems::bending::BendingPasses;
@@ -39,7 +39,7 @@ pub(super) struct Bounds {
     pub(super) before: f64,
     /// Work of the residual.
     pub(super) work: f64,
-    /// u·A·u of the whole answer ([`Solved::unsolved`]).
+    /// Work of the step's right-hand side along the whole answer ([`Solved::unsolved`]).
     pub(super) unsolved: f64,
     /// Limit of the spurious energy.
     pub(super) most: f64,
@@ -103,7 +103,7 @@ impl Solved<'_> {
         let Self { operator: Operator { vertices, triangles, frames, .. }, .. } = self;
         let rest = &triangles.rest[t];
         let corners = triangles.corners[t].map(|v| v as usize);
-        let u = corners.map(|v| fraction_of(self.delta[v], self.free[v], fraction));
+        let u = corners.map(|v| self.delta[v] * fraction);
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
         let start = frames.state(t);
@@ -121,7 +121,7 @@ impl Solved<'_> {
             return 0.0;
         }
         let Operator { triangles, frames, .. } = self.operator;
-        let u = triangles.corners[t].map(|v| fraction_of(self.delta[v as usize], self.free[v as usize], fraction));
+        let u = triangles.corners[t].map(|v| self.delta[v as usize] * fraction);
         self.damped(t, membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u))
     }
 
@@ -184,7 +184,7 @@ impl Solved<'_> {
     pub(super) fn dissipated(&self, fraction: f64, partials: &mut Vec<f64>) -> f64 {
         let Self { operator: Operator { vertices, triangles, topology, .. }, increment, .. } = self;
         let dissipated = |v: usize| {
-            let delta = fraction_of(self.delta[v], self.free[v], fraction);
+            let delta = self.delta[v] * fraction;
             let (gained, before) = (delta * self.inv_effective_dt, increment.start_velocity[v]);
             let gone = increment.displacement[v];
             let (earlier, dragged) = if self.is_counted {
@@ -199,15 +199,15 @@ impl Solved<'_> {
         parallel::sum(vertices.len(), partials, dissipated)
     }
 
-    /// u·A·u \[mJ\] along free axes, with the membrane and the masses of the step's matrix A. Of a fraction p of the answer,
-    /// p·(1 − p) of it is unsolved, and is no work of holds and loads.
+    /// u·A·u \[mJ\] of the rows of free axes, with the membrane and the masses of the step's matrix A: the right-hand side's work along the
+    /// answer. Of a fraction p of the answer, p·(1 − p) of it is unsolved, and is no work of holds and loads.
     pub(super) fn unsolved(&self, partials: &mut Vec<f64>) -> f64 {
         let Operator { vertices, triangles, inertia, .. } = self.operator;
         let along = |v: usize| self.delta[v] * self.free[v];
         let pulls = parallel::sum(triangles.len(), partials, |t| {
-            let u = triangles.corners[t].map(|v| along(v as usize));
-            let pull = self.operator.element(t).apply(u);
-            (0..3).map(|i| pull[i].dot(u[i])).sum()
+            let corners = triangles.corners[t].map(|v| v as usize);
+            let pull = self.operator.element(t).apply(corners.map(|v| self.delta[v]));
+            (0..3).map(|i| pull[i].dot(along(corners[i]))).sum()
         });
         let masses = |v: usize| vertices.mass[v] * inertia * along(v).length_squared();
         let sum = pulls + parallel::sum(vertices.len(), partials, masses);

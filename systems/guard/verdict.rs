@@ -164,7 +164,7 @@ impl Verdict {
             if let Some(place) = place {
                 increment.guard.correct(place.cause);
             }
-            increment.take_fraction(&scratch.free, fraction);
+            increment.take_fraction(fraction);
             (ledger.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
             return;
         }
@@ -181,14 +181,18 @@ impl Verdict {
             }
             Self::Searched(_, fraction) => {
                 increment.is_fraction = true;
-                increment.take_fraction(&scratch.free, fraction);
+                increment.take_fraction(fraction);
             }
             Self::StepLimited(_, fraction) => {
                 ledger.is_step_limited = true;
+                let way = increment.prescribed_way(&scratch.free);
+                if way > 0.0 {
+                    ledger.hold_pace = Some(fraction * way);
+                }
                 increment.is_fraction = true;
                 increment.any_substep_limited = true;
                 increment.guard.limit(somewhere, increment.delta.len());
-                increment.take_fraction(&scratch.free, fraction);
+                increment.take_fraction(fraction);
             }
             _ => {}
         }

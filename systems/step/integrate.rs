@@ -7,14 +7,16 @@ use crate::components::{
 };
 use crate::storage::{Tips, Vertices};
 use crate::systems::context::SECOND_STAGE;
-use crate::systems::forces::hold::{Prescription, mark_axes};
+use crate::systems::forces::hold::{Prescription, behind, mark_axes};
 use crate::systems::fracture::split::begin_glides;
 use crate::systems::{StepContext, parallel};
 use glam::DVec3;
 
 /// Query of the components for the free axes and the initial guess of a stage.
-type AxesQuery<'a> =
-    ((&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch), (Prescription<'a>, Option<&'a Planar>));
+type AxesQuery<'a> = (
+    (&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch),
+    (Prescription<'a>, Option<&'a Planar>, &'a mut GuardLedger),
+);
 
 /// Decides which bodies take part in the step: those that are awake.
 pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -47,7 +49,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
     parallel::for_bodies::<AxesQuery>(
         world,
         |((vertices, _, result, _), _)| result.rows_to_solve(vertices.len()),
-        |((vertices, increment, _, scratch), (prescription, planar))| {
+        |((vertices, increment, _, scratch), (prescription, planar, ledger))| {
             let n = vertices.len();
             increment.start.clone_from(&vertices.position);
             increment.start_velocity.clone_from(&vertices.velocity);
@@ -59,7 +61,16 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.dt = step.dt;
             increment.unapplied = if step.is_static { 0.0 } else { 1.0 };
 
-            mark_axes(vertices, increment, scratch, prescription, planar, step.time);
+            if step.is_static {
+                ledger.hold_pace = None;
+            }
+            let part = match ledger.hold_pace {
+                Some(_) => {
+                    ledger.part_of_holds(behind(vertices, (prescription.0, prescription.1.as_deref()), step.time))
+                }
+                None => 1.0,
+            };
+            mark_axes(vertices, increment, scratch, prescription, planar, (step.time, part));
         },
     )
 }
@@ -95,12 +106,12 @@ pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
     parallel::for_bodies::<AxesQuery>(
         world,
         |((vertices, _, result, _), _)| result.rows_to_solve(vertices.len()),
-        |((vertices, increment, _, scratch), (prescription, planar))| {
+        |((vertices, increment, _, scratch), (prescription, planar, _))| {
             increment.middle_displacement.clone_from(&increment.displacement);
             increment.middle_velocity.clone_from(&vertices.velocity);
             let Increment { displacement, delta, .. } = &mut *increment;
             parallel::for_rows(delta, |v, delta| *delta = displacement[v] * SECOND_STAGE);
-            mark_axes(vertices, increment, scratch, prescription, planar, step.time);
+            mark_axes(vertices, increment, scratch, prescription, planar, (step.time, 1.0));
         },
     )
 }
@@ -111,9 +122,11 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a mut Increment, &'a mut SolveResult, &'a mut SolverScratch),
-        (Prescription<'a>, Option<&'a Planar>, Option<&'a mut TearDecisions>),
+        (Prescription<'a>, Option<&'a Planar>, Option<&'a mut TearDecisions>, &'a GuardLedger),
     );
-    for ((vertices, increment, result, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
+    for ((vertices, increment, result, scratch), (prescription, planar, decisions, ledger)) in
+        world.query_mut::<Query>()
+    {
         // The others keep the result of their last solve; the decisions on their tears have been carried out.
         let mut decisions = decisions;
         let may_advance = decisions.as_mut().is_some_and(|decisions| {
@@ -131,7 +144,9 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
         count += 1;
         increment.delta.clear();
         increment.delta.resize(vertices.len(), DVec3::ZERO);
-        mark_axes(vertices, increment, scratch, prescription, planar, step.time);
+        // Holds at a pace have gone their way of this step.
+        let part = if ledger.hold_pace.is_some() { 0.0 } else { 1.0 };
+        mark_axes(vertices, increment, scratch, prescription, planar, (step.time, part));
         (result.newton_iterations, result.has_converged) = (0, false);
     }
     count

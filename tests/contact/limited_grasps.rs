@@ -107,6 +107,82 @@ fn a_jump_of_the_hand_under_a_small_budget_holds() {
     }
 }
 
+/// Longest edge of a body over its rest length.
+fn most_stretched(simulation: &mut Simulation, body: BodyId) -> f64 {
+    let view = simulation.view(body).unwrap();
+    let length = |at: &[DVec3], a: u32, b: u32| at[a as usize].distance(at[b as usize]);
+    let edges = view.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    edges.map(|[a, b]| length(view.positions, a, b) / length(view.rest_positions, a, b)).fold(0.0, f64::max)
+}
+
+/// Way of pins in one frame \[mm\]: the cloth stays slack all along it.
+const JUMP: DVec3 = DVec3::new(0.0, 10.0, 0.0);
+
+/// The cloth hung on two corners, after a jump towards them of pins at its top, or of jaws that have no springs.
+fn after_a_held_jump(settings: Settings, is_pinned: bool) -> (Simulation, BodyId) {
+    let is_corner = |p: DVec3| p.y > 0.5 * SIZE - 1e-6 && p.x.abs() > 0.5 * SIZE - 1e-6;
+    let (mut simulation, body, forceps) = grasped(settings, is_corner);
+    simulation.open_forceps(forceps).unwrap();
+    simulation.step(FRAME).unwrap();
+    if is_pinned {
+        let view = simulation.view(body).unwrap();
+        let near = view.vertex_keys.iter().zip(view.positions).filter(|(_, p)| p.distance(TOP) < 2.0);
+        let top: Vec<_> = near.map(|(key, _)| *key).collect();
+        simulation.pin(body, "top", &top).unwrap();
+        simulation.move_pins(body, "top", |pin| pin.place + JUMP).unwrap();
+    } else {
+        let firm = Jaws { radius: 2.0, stiffness: None, force_limit: None, ..JAWS };
+        let forceps = simulation.spawn_forceps("firm", firm, Pose::at(TOP)).unwrap();
+        simulation.close_forceps(forceps, body, &Grasp::Nearest { reach: 1.0 }).unwrap();
+        simulation.move_forceps(forceps, Pose::at(TOP + JUMP), FRAME).unwrap();
+    }
+    simulation.step(FRAME).unwrap();
+    (simulation, body)
+}
+
+/// The cloth is never stretched by more than its sag asks; where what is held went all its way at once, an edge of 1.3 mm spanned the jump.
+#[test]
+fn what_is_held_goes_as_far_as_the_body_after_a_jump_under_a_budget() {
+    for (accuracy, is_pinned) in [(Accuracy::Game, true), (Accuracy::Haptic, true), (Accuracy::Game, false)] {
+        let (mut simulation, body) = after_a_held_jump(settings(accuracy), is_pinned);
+        let ahead = |simulation: &Simulation| simulation.report().bodies[0].hand_ahead;
+        let first = ahead(&simulation);
+        assert!(first > 0.0 && first < JUMP.length(), "{accuracy:?}: {first} mm");
+        let mut frames = 1;
+        while ahead(&simulation) > 0.0 {
+            assert!(frames < 20, "{accuracy:?}: {} mm ahead", ahead(&simulation));
+            let most = most_stretched(&mut simulation, body);
+            assert!(most < 1.3, "{accuracy:?}, frame {frames}: an edge is {most} times its length");
+            simulation.step(FRAME).unwrap();
+            frames += 1;
+        }
+        if is_pinned {
+            let pins = simulation.pins(body, "top").unwrap();
+            let view = simulation.view(body).unwrap();
+            let at = |key| view.positions[view.vertex_keys.iter().position(|other| *other == key).unwrap()];
+            // Rounding of coordinates of some 40 mm.
+            assert!(pins.iter().all(|pin| at(pin.vertex).distance(pin.place) < 1e-12));
+        }
+    }
+}
+
+#[cfg(feature = "snapshot")]
+#[test]
+fn a_save_while_pins_are_behind_goes_on_to_the_same_bits() {
+    use rhexis::snapshot::Snapshot;
+    let (mut simulation, _) = after_a_held_jump(settings(Accuracy::Game), true);
+    let bytes = simulation.snapshot().to_bytes().unwrap();
+    let mut other = Simulation::from_snapshot(&Snapshot::from_bytes(&bytes).unwrap()).unwrap();
+    let (mut shared, _) = after_a_held_jump(Settings { threads: 2, ..settings(Accuracy::Game) }, true);
+    for _ in 0..20 {
+        for simulation in [&mut simulation, &mut other, &mut shared] {
+            simulation.step(FRAME).unwrap();
+        }
+        assert_eq!(other.hash(), simulation.hash());
+        assert_eq!(shared.hash(), simulation.hash());
+    }
+}
+
 /// A hand that goes on to and fro in the frames after the jump.
 #[cfg(feature = "snapshot")]
 fn go_on(simulation: &mut Simulation, forceps: ForcepsId) {

@@ -127,10 +127,10 @@ pub enum Grasp {
 }
 
 /// Least way of a target in a step, as a fraction of the way to the hand (`examples/play`, seeds 1 to 5).
-const LEAST_PACE: f64 = 0.1;
+pub(super) const LEAST_PACE: f64 = 0.1;
 
 /// Growth of the pace in a step that nothing else limits (`examples/play`, seeds 1 to 5).
-const PACE_GROWTH: f64 = 2.0;
+pub(super) const PACE_GROWTH: f64 = 2.0;
 
 /// Place to which jaws with a stiffness draw the tissue: the hand's pose, or behind it after steps that were limited.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,7 @@
 //! The account of the energy guard.
 
+use super::forceps::{LEAST_PACE, PACE_GROWTH};
+
 /// Energy \[mJ\] that steps of a body have created, and how the guard holds it back. *State.*
 #[derive(Clone, Debug, Default)]
 pub struct GuardLedger {
@@ -11,6 +13,10 @@ pub struct GuardLedger {
     pub creates_energy: bool,
     /// Whether this step took only a fraction of its increment or, with a budget, failed; the next one reserves a fallback sub-step.
     pub is_step_limited: bool,
+    /// Longest way \[mm\] of holds in the next step, after one that was limited; `None` for any.
+    pub hold_pace: Option<f64>,
+    /// `hold_pace` at the start of the step.
+    pub start_hold_pace: Option<f64>,
     /// Steps left in which local relaxation may start from any number of triangles, counted down from the last step that needed one.
     pub relaxing: u32,
 }
@@ -23,11 +29,25 @@ impl GuardLedger {
             self.relaxing = self.relaxing.saturating_sub(1);
         }
         self.start_spurious_energy = self.spurious_energy;
+        self.start_hold_pace = self.hold_pace;
+    }
+
+    /// Part of their way \[mm\] that holds go in this step: as far as the pace allows, which grows until it does no longer matter.
+    pub(crate) fn part_of_holds(&mut self, way: f64) -> f64 {
+        let Some(pace) = self.hold_pace else { return 1.0 };
+        let most = pace.max(LEAST_PACE * way);
+        if way <= most {
+            self.hold_pace = None;
+            return 1.0;
+        }
+        self.hold_pace = Some(PACE_GROWTH * most);
+        most / way
     }
 
     /// Forgets the results of an undone attempt.
     pub(crate) fn forget_attempt(&mut self) {
         self.creates_energy = false;
         self.spurious_energy = self.start_spurious_energy;
+        self.hold_pace = self.start_hold_pace;
     }
 }

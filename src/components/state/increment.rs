@@ -58,11 +58,6 @@ pub struct Increment {
     pub dt: f64,
 }
 
-/// Displacement with its components along free axes scaled by `part`; prescribed axes stay whole.
-pub(crate) fn fraction_of(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
-    delta * (DVec3::ONE - free * (1.0 - part))
-}
-
 impl Increment {
     /// Makes room for `more` vertices, whose table has `room`: lists that double take as much again in vain.
     pub fn make_room(&mut self, more: usize, room: usize) {
@@ -73,11 +68,17 @@ impl Increment {
         }
     }
 
-    /// Scales the last solve's answer along free axes by `part`.
-    pub(crate) fn take_fraction(&mut self, free: &FreeAxes, part: f64) {
+    /// Longest way \[mm\] of a vertex along prescribed axes in the last solve's answer.
+    pub(crate) fn prescribed_way(&self, free: &FreeAxes) -> f64 {
+        let ways = self.delta.iter().zip(free).map(|(delta, free)| (*delta * (DVec3::ONE - *free)).length());
+        ways.fold(0.0, f64::max)
+    }
+
+    /// Scales the last solve's answer by `part`: prescribed axes go as far as free ones, and the rest of their way in later steps.
+    pub(crate) fn take_fraction(&mut self, part: f64) {
         if part < 1.0 {
             self.applied = part;
-            self.delta.iter_mut().zip(free).for_each(|(delta, free)| *delta = fraction_of(*delta, *free, part));
+            self.delta.iter_mut().for_each(|delta| *delta *= part);
         }
     }
 
