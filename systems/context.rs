@@ -108,7 +108,8 @@ impl StepContext {
             linear: settings.advanced.linear,
             position_tolerance: settings.position_tolerance,
             max_tear_passes: settings.max_tear_passes,
-            budget: settings.budget,
+            // How many iterations Newton's method takes is not known before.
+            budget: settings.budget.filter(|_| settings.advanced.newton_iterations <= 1),
             reserved: 0,
             preconditioner: settings.advanced.preconditioner,
             precision: settings.advanced.precision,

@@ -59,6 +59,8 @@ fn bytes_per_triangle(
     let region = Region::new(GLOBAL);
     let linear = LinearParams { iterations: 5, ..LinearParams::default() };
     let settings = Settings {
+        // Solves of five iterations leave steps to be tried again, as often as it takes.
+        budget: None,
         threads: 1,
         advanced: Advanced { preconditioner, precision, linear, ..Advanced::default() },
         ..Settings::default()

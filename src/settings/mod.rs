@@ -11,6 +11,12 @@ use std::time::Duration;
 /// More threads than any machine that this runs on has cores for; each takes a stack of its own.
 const MOST_THREADS: usize = 1024;
 
+/// Default budget of a step: enough for studies, and no frame of seconds where a few vertices are in trouble.
+const USUAL_BUDGET: u32 = 4000;
+
+/// Budget of a step under a hand that feels: slack cloth keeps its grasps and tears with it (`docs/speed.md`).
+const HAPTIC_BUDGET: u32 = 1000;
+
 /// Which derivative of the nodal forces a linear solve uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -129,11 +135,11 @@ impl Default for LinearParams {
 /// Presets of [`Settings`]: accuracy against time per step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Accuracy {
-    /// One linearly implicit step of backward Euler, to a stress error of 1e-3: the default.
+    /// One linearly implicit step of backward Euler, to a stress error of 1e-3, with a budget of 4,000 iterations: the default.
     #[default]
     Fast,
-    /// Steps for a hand that feels them: [`Fast`](Self::Fast) with at most two passes for tears, one halving and no Newton corrections.
-    /// The longest step is then a few times the usual one.
+    /// Steps for a hand that feels them: [`Fast`](Self::Fast) with at most two passes for tears, one halving, no Newton corrections
+    /// and a budget of 1,000 iterations. The longest step is then a few times the usual one.
     Haptic,
     /// Steps for display: [`Haptic`](Self::Haptic) with a position tolerance of a fiftieth of an edge and a budget of 80 iterations.
     /// Tuned on 3,042 triangles of slack cloth under a mouse: `docs/speed.md` has the times.
@@ -187,15 +193,15 @@ impl Accuracy {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
-    /// Work that a body may take in one step, in iterations of linear solves; `None`, the default, for any amount. Counted are iterations, 7 for each
-    /// evaluation, 11 for each matrix with its preconditioner, and advances of tears and halved triangles by the size of the body; retries and
-    /// passes for tears included. The count, and so the answer, is the same on every machine;
+    /// Work that a body may take in one step, in iterations of linear solves, 4,000 by default; `None` for any amount. Counted are iterations, 7 for each
+    /// evaluation, 11 for each matrix with its preconditioner, 80 for a Cholesky factor and 10 for an iteration with it, and advances of tears and halved
+    /// triangles by the size of the body; retries and passes for tears included. The count, and so the answer, is the same on every machine;
     /// [`work_per_millisecond`](crate::report::Report::work_per_millisecond) measures the rate on this machine.
     ///
     /// Work beyond the budget is not begun: the step ends with the best answer so far, and where that would create energy with a
-    /// fraction of it (`any_substep_limited`). One solve, of 4 iterations at the least, and one advance are made whatever the budget; so are
-    /// the solves of Newton's method. Tears and refinement that are due go on in the next step, the tip first that has waited longest.
-    /// With a budget no Cholesky factor serves.
+    /// fraction of it (`any_substep_limited`). One solve, of 4 iterations at the least, and one advance are made whatever the budget. Steps of
+    /// several Newton iterations have none. Tears and refinement that are due go on in the next step, the tip first that has waited longest.
+    /// No Cholesky factor is made where less than 380 is left.
     pub budget: Option<u32>,
     /// Threads; 0 means one per core. The result has the same bits for any number.
     pub threads: usize,
@@ -267,7 +273,7 @@ impl Default for Advanced {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            budget: None,
+            budget: Some(USUAL_BUDGET),
             threads: 0,
             max_tear_passes: 8,
             position_tolerance: f64::INFINITY,
@@ -287,16 +293,17 @@ impl Settings {
             Accuracy::Fast => fast,
             Accuracy::Haptic => {
                 let advanced = Advanced { max_step_halvings: 1, newton_corrections: 0, ..fast.advanced };
-                Self { max_tear_passes: 2, advanced, ..fast }
+                Self { budget: Some(HAPTIC_BUDGET), max_tear_passes: 2, advanced, ..fast }
             }
             Accuracy::Game => Self { position_tolerance: 0.02, budget: Some(80), ..Self::new(Accuracy::Haptic) },
             Accuracy::Accurate => {
                 let (tangent, integrator) = (Tangent::Projected, Integrator::TrBdf2);
                 let advanced = Advanced { linear: tight, tangent, integrator, newton_iterations: 2, ..fast.advanced };
-                Self { advanced, ..fast }
+                Self { budget: None, advanced, ..fast }
             }
             Accuracy::Static => {
-                Self { advanced: Advanced { linear: tight, static_iterations: 200, ..fast.advanced }, ..fast }
+                let advanced = Advanced { linear: tight, static_iterations: 200, ..fast.advanced };
+                Self { budget: None, advanced, ..fast }
             }
         }
     }

@@ -210,6 +210,7 @@ impl Haptics {
                 let mut available = Available {
                     factor: Some((factor, FactorUse::Fallback)),
                     mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)),
+                    left: None,
                 };
                 *work += 1 + solver::solve(&operator, &LIMITS, &mut available, memory, u, scratch)?.iterations;
                 force.resize(vertices.len(), DVec3::ZERO);

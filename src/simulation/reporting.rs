@@ -58,7 +58,7 @@ impl Simulation {
         {
             let closed = grips.iter().flat_map(|grips| &grips.pinches).filter(|pinch| pinch.is_closed());
             let ahead = closed.map(|pinch| pinch.hand_ahead(report.time)).fold(0.0, f64::max);
-            let is_behind = increment.any_substep_limited || ledger.hold_pace.is_some();
+            let is_behind = increment.any_substep_limited || ledger.hold_pace > 0.0;
             let behind = if is_behind { behind(vertices, (held, grips), report.time) } else { 0.0 };
             report.bodies.push(BodyReport {
                 body: body.into(),

@@ -89,7 +89,10 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
                 pose.orientation.to_array().into_iter().chain([*pace]).for_each(|value| hash.real(value));
             }
         }
-        ledger.and_then(|ledger| ledger.hold_pace).into_iter().for_each(|pace| hash.real(pace));
+        // Not of bodies whose holds go all their way.
+        if let Some(ledger) = ledger.filter(|ledger| ledger.hold_pace > 0.0) {
+            hash.real(ledger.hold_pace);
+        }
     }
     StateHash(hash.0.digest())
 }

@@ -47,7 +47,7 @@ pub(super) fn serialize<S: Serializer>(
         fell_back: result.fell_back,
         tangent: result.tangent,
         spurious_energy: ledger.spurious_energy,
-        hold_pace: ledger.hold_pace.map_or(0.0, |pace| -pace),
+        hold_pace: 0.0 - ledger.hold_pace,
         start_spurious_energy: [ledger.start_spurious_energy, 0.0],
         creates_energy: ledger.creates_energy,
         is_step_limited: ledger.is_step_limited,
@@ -93,8 +93,8 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
             start_spurious_energy: block.start_spurious_energy[0],
             creates_energy: block.creates_energy,
             is_step_limited: block.is_step_limited,
-            hold_pace: (block.hold_pace < 0.0).then_some(-block.hold_pace),
-            start_hold_pace: None,
+            hold_pace: (-block.hold_pace).max(0.0),
+            start_hold_pace: 0.0,
             relaxing: block.relaxing,
         };
         (result, ledger)

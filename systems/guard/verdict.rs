@@ -187,7 +187,8 @@ impl Verdict {
                 ledger.is_step_limited = true;
                 let way = increment.prescribed_way(&scratch.free);
                 if way > 0.0 {
-                    ledger.hold_pace = Some(fraction * way);
+                    // Zero would be any pace.
+                    ledger.hold_pace = (fraction * way).max(f64::MIN_POSITIVE);
                 }
                 increment.is_fraction = true;
                 increment.any_substep_limited = true;

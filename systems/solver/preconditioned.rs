@@ -15,6 +15,7 @@ use super::{CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, Product
 use crate::clock::Moment;
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::{LinearParams, Tangent};
+use crate::systems::work;
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -52,6 +53,8 @@ pub enum FactorUse {
 pub struct Available<'a> {
     /// Cholesky factor, renewed in the solve in which it no longer serves.
     pub factor: Option<(&'a mut Factor, FactorUse)>,
+    /// Work that the budget leaves to the solve, if there is one.
+    pub left: Option<u32>,
     /// Mixed-precision solver, for tangents that are never indefinite, and its preconditioner where there is no factor.
     pub mixed: Option<(&'a mut MixedSolver, MixedPreconditioner)>,
 }
@@ -111,7 +114,9 @@ impl Available<'_> {
         if let Some((factor, when)) = &mut self.factor
             && (is_guided || *when == FactorUse::First || factor.take_need())
         {
-            if factor.is_of(&operator.triangles.corners, free) {
+            // Where solves have failed without a factor an earlier one does not serve: of 754 in `examples/play` 16 did.
+            let may_serve = is_guided || *when == FactorUse::First;
+            if may_serve && factor.is_of(&operator.triangles.corners, free) {
                 attempts.push(Attempt::EarlierFactor);
             }
             attempts.push(Attempt::PresentFactor);
@@ -150,7 +155,10 @@ impl Solve<'_, '_> {
         for attempt in attempts {
             match self.attempt(*attempt, available)? {
                 Outcome::End(info) => return Ok(CgInfo { iterations: done + info.iterations, ..info }),
-                Outcome::Next(more) => done += more,
+                Outcome::Next(more) => {
+                    done += more;
+                    available.left = available.left.map(|left| left.saturating_sub(more));
+                }
             }
             self.params.time = time.map(|time| time.saturating_sub(start.elapsed()));
             self.params.iterations = iterations - done.min(iterations);
@@ -161,16 +169,21 @@ impl Solve<'_, '_> {
 
     /// One attempt; where another goes on, the residual is the right-hand side again.
     fn attempt(&mut self, attempt: Attempt, available: &mut Available) -> Result<Outcome, CgError> {
+        let left = available.left;
         let most_without_factor = match available.factor {
-            Some((_, FactorUse::Fallback)) => MOST_WITHOUT_FACTOR.min(100 + self.x.len() as u32),
+            Some((_, FactorUse::Fallback)) => {
+                let within = left.map_or(u32::MAX, |left| left.saturating_sub(work::FACTORED));
+                MOST_WITHOUT_FACTOR.min(100 + self.x.len() as u32).min(within)
+            }
             _ => u32::MAX,
         };
+        let most_with_factor = left.map_or(u32::MAX, work::iterations_with_factor);
         match (attempt, &mut available.factor, &mut available.mixed) {
             (Attempt::EarlierFactor, Some((factor, _)), _) => {
                 let is_guided = self.guides.is_some();
                 let most = if is_guided { MOST_WITH_OLD_CHOLESKY_GUIDED } else { MOST_WITH_OLD_CHOLESKY };
                 self.scratch.rhs_backup.clone_from(&self.scratch.residual);
-                let info = self.with_factor(factor, most)?;
+                let info = self.with_factor(factor, most.min(most_with_factor))?;
                 if info.is_solved || info.is_late {
                     return Ok(Outcome::End(info));
                 }
@@ -178,14 +191,14 @@ impl Solve<'_, '_> {
                 Ok(Outcome::Next(info.iterations))
             }
             (Attempt::PresentFactor, Some((factor, _)), _) => match factor.renew(self.operator, &self.scratch.free) {
-                Ok(()) => self.with_present_factor(factor),
+                Ok(()) => self.with_present_factor(factor, most_with_factor),
                 Err(NoFactor::Indefinite) if !self.operator.is_definite() => Err(CgError::Indefinite { iteration: 0 }),
                 // There can be none, or rounding has left no factor.
                 Err(_) => Ok(Outcome::Next(0)),
             },
             (Attempt::FallbackFactor, Some((factor, _)), _) => {
                 match factor.renew_for_next(self.operator, &self.scratch.free) {
-                    Ok(()) => self.with_present_factor(factor),
+                    Ok(()) => self.with_present_factor(factor, most_with_factor),
                     Err(_) => Ok(Outcome::Next(0)),
                 }
             }
@@ -213,13 +226,15 @@ impl Solve<'_, '_> {
 
     fn with_factor(&mut self, factor: &mut Factor, most: u32) -> Result<CgInfo, CgError> {
         factor.begin(self.operator, &self.scratch.free);
-        self.conjugate_gradients(most, |r, free, z, partials| factor.apply(r, free, z, partials))
+        let info = self.conjugate_gradients(most, |r, free, z, partials| factor.apply(r, free, z, partials))?;
+        factor.note(info.iterations);
+        Ok(info)
     }
 
     /// Last attempt of the solve: where a factor of the operator itself stops short, rounding is the limit.
-    fn with_present_factor(&mut self, factor: &mut Factor) -> Result<Outcome, CgError> {
-        let most = if self.guides.is_some() { u32::MAX } else { MOST_WITH_FRESH_CHOLESKY };
-        self.with_factor(factor, most).map(Outcome::End)
+    fn with_present_factor(&mut self, factor: &mut Factor, most: u32) -> Result<Outcome, CgError> {
+        let regular = if self.guides.is_some() { u32::MAX } else { MOST_WITH_FRESH_CHOLESKY };
+        self.with_factor(factor, most.min(regular)).map(Outcome::End)
     }
 
     fn with_block_jacobi(&mut self) -> Result<CgInfo, CgError> {

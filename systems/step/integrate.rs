@@ -62,13 +62,12 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.unapplied = if step.is_static { 0.0 } else { 1.0 };
 
             if step.is_static {
-                ledger.hold_pace = None;
+                ledger.hold_pace = 0.0;
             }
-            let part = match ledger.hold_pace {
-                Some(_) => {
-                    ledger.part_of_holds(behind(vertices, (prescription.0, prescription.1.as_deref()), step.time))
-                }
-                None => 1.0,
+            let part = if ledger.hold_pace > 0.0 {
+                ledger.part_of_holds(behind(vertices, (prescription.0, prescription.1.as_deref()), step.time))
+            } else {
+                1.0
             };
             mark_axes(vertices, increment, scratch, prescription, planar, (step.time, part));
         },
@@ -145,7 +144,7 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
         increment.delta.clear();
         increment.delta.resize(vertices.len(), DVec3::ZERO);
         // Holds at a pace have gone their way of this step.
-        let part = if ledger.hold_pace.is_some() { 0.0 } else { 1.0 };
+        let part = if ledger.hold_pace > 0.0 { 0.0 } else { 1.0 };
         mark_axes(vertices, increment, scratch, prescription, planar, (step.time, part));
         (result.newton_iterations, result.has_converged) = (0, false);
     }

@@ -35,7 +35,8 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     for (body, result) in failed.drain(..) {
         // As in `give_back`.
         let _ = world.insert_one(body, result);
-        let mut retried = Retried { world, settings, running, tries: 0, reserved: 0, is_fallback: false };
+        let mut retried =
+            Retried { world, settings, running, tries: 0, reserved: 0, is_fallback: false, is_spent: false };
         // A body that was step-limited in the last step is not retried in halves.
         let gone = if step_limited.contains(&body) {
             retried.running.report.rolled_back += 1;
@@ -44,8 +45,9 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
             retried.in_halves(time, dt, settings.advanced.max_step_halvings)
         };
         most = gone.max(most);
+        let is_spent = retried.is_spent;
         if let Ok(ledger) = world.query_one_mut::<&mut GuardLedger>(body) {
-            ledger.is_step_limited |= settings.budget.is_some() && gone == 0.0;
+            ledger.is_step_limited |= is_spent && gone == 0.0;
         }
         exclude_all(world, &mut done);
     }
@@ -68,13 +70,17 @@ struct Retried<'a, 'b> {
     reserved: u32,
     /// Whether the rest of the step is taken by fallback sub-steps: the smallest part needed one, or the attempts are used up.
     is_fallback: bool,
+    /// Whether the budget has kept a part from being tried.
+    is_spent: bool,
 }
 
 impl Retried<'_, '_> {
     /// Retries a failed step in two halves. Returns the time that was done.
     fn in_halves(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
         self.running.report.rolled_back += 1;
-        if halvings == 0 || !work::all_afford(self.world, &self.context(time, dt), 2) {
+        let is_afforded = work::all_afford(self.world, &self.context(time, dt), 2);
+        self.is_spent |= !is_afforded;
+        if halvings == 0 || !is_afforded {
             return self.fallback(time, dt);
         }
         let half = 0.5 * dt;
@@ -87,7 +93,11 @@ impl Retried<'_, '_> {
     /// A fallback sub-step, if the budget allows one. Returns the time that was done.
     fn fallback(&mut self, time: f64, dt: f64) -> f64 {
         self.is_fallback = true;
-        if work::all_afford(self.world, &self.context(time, dt), 1) { self.part(time, dt, 0) } else { 0.0 }
+        if work::all_afford(self.world, &self.context(time, dt), 1) {
+            return self.part(time, dt, 0);
+        }
+        self.is_spent = true;
+        0.0
     }
 
     /// Context of a part of the step, with solves reserved for the parts after it.

@@ -219,7 +219,8 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
             scratch.residual[v] = if is_momentum { momentum } else { forces.nodal[v] };
         }
         scratch.reference_sq = 0.0;
-        let mut available = Available { factor: None, mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)) };
+        let mut available =
+            Available { mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)), ..Available::default() };
         let mut memory = ProductMemory { corner: &mut forces.corner, passes: &mut *passes };
         let answer = solver::solve(&operator, &TRIAL, &mut available, &mut memory, &mut increment.delta, scratch);
         is_converged &= answer.is_ok_and(|info| info.relative_residual <= TRIAL.tolerance);

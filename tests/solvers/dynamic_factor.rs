@@ -12,7 +12,8 @@ use rhexis::storage::Vertices;
 
 fn settings(preconditioner: Preconditioner, threads: usize) -> Settings {
     let linear = LinearParams { tolerance: 1e-9, ..LinearParams::default() };
-    Settings { threads, advanced: Advanced { preconditioner, linear, ..Advanced::default() }, ..Settings::default() }
+    let advanced = Advanced { preconditioner, linear, ..Advanced::default() };
+    Settings { budget: None, threads, advanced, ..Settings::default() }
 }
 
 /// Steps the square and returns the iterations of every step.

@@ -267,7 +267,7 @@ impl World {
         settings: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let base = of_accuracy(accuracy)?;
-        let budget = budget.or(base.budget);
+        let budget = budget.map_or(base.budget, |budget| (budget > 0).then_some(budget));
         let base = Settings { threads, portable_instructions, budget, ..base };
         let settings = patched("settings", Some(&base), given("settings", settings, None)?)?;
         let simulation = guarded(|| Simulation::new(settings).map_err(refused))?;

@@ -142,11 +142,12 @@ def test_settings_presets_and_budget(world: rhexis.World) -> None:
         world.set_settings(resumes=2)
     assert rhexis.World("game").settings["budget"] == 80
     assert rhexis.World("game", budget=7).settings["budget"] == 7
+    assert "budget" not in rhexis.World("game", budget=0).settings
     with refused("invalid_input", "accuracy"):
         rhexis.World("default")  # type: ignore[arg-type]
     world.spawn(*grid(4), components={"Gravity": "acceleration = [0, 0, -1e-2]"})
     report = world.step(10.0, budget=3)
-    assert report.iterations <= 3 and "budget" not in world.settings
+    assert report.iterations <= 3 and world.settings["budget"] == 4000
 
 
 def test_steps_tell_what_they_did(world: rhexis.World) -> None:

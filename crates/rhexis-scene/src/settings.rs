@@ -25,6 +25,7 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
     });
     Ok(Settings {
         budget: match spec.budget {
+            Some(0) => None,
             Some(given) => Some(counted("budget", given, 1_000_000)?),
             None => base.budget,
         },

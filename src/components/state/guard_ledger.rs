@@ -13,10 +13,10 @@ pub struct GuardLedger {
     pub creates_energy: bool,
     /// Whether this step took only a fraction of its increment or, with a budget, failed; the next one reserves a fallback sub-step.
     pub is_step_limited: bool,
-    /// Longest way \[mm\] of holds in the next step, after one that was limited; `None` for any.
-    pub hold_pace: Option<f64>,
+    /// Longest way \[mm\] of holds in the next step, after one that was limited; zero for any.
+    pub hold_pace: f64,
     /// `hold_pace` at the start of the step.
-    pub start_hold_pace: Option<f64>,
+    pub start_hold_pace: f64,
     /// Steps left in which local relaxation may start from any number of triangles, counted down from the last step that needed one.
     pub relaxing: u32,
 }
@@ -32,15 +32,14 @@ impl GuardLedger {
         self.start_hold_pace = self.hold_pace;
     }
 
-    /// Part of their way \[mm\] that holds go in this step: as far as the pace allows, which grows until it does no longer matter.
+    /// Part of their way \[mm\] that holds at a pace go in this step; the pace grows until it does no longer matter.
     pub(crate) fn part_of_holds(&mut self, way: f64) -> f64 {
-        let Some(pace) = self.hold_pace else { return 1.0 };
-        let most = pace.max(LEAST_PACE * way);
+        let most = self.hold_pace.max(LEAST_PACE * way);
         if way <= most {
-            self.hold_pace = None;
+            self.hold_pace = 0.0;
             return 1.0;
         }
-        self.hold_pace = Some(PACE_GROWTH * most);
+        self.hold_pace = PACE_GROWTH * most;
         most / way
     }
 

@@ -76,7 +76,9 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             has_glided: false,
             lengthened: 0,
         };
-        for (key, decision) in in_turn((tearer.tips, tearer.log), &decisions.tips, step) {
+        let most = work::of_advances(tearer.tips.len(), tearer.mesh.triangles.len());
+        let takes_turns = step.left(result).is_some_and(|left| left < most);
+        for (key, decision) in in_turn((tearer.tips, tearer.log), &decisions.tips, takes_turns) {
             let advances = (tearer.log.advance_count - advances_before) as usize + tearer.lengthened;
             let and_this = work::of_advances(advances + 1, tearer.mesh.triangles.len());
             if advances > 0 && step.left(result).is_some_and(|left| left < and_this) {
@@ -136,15 +138,15 @@ fn note_blocked_nucleation(decisions: &mut TearDecisions, log: &mut TearLog) {
     }
 }
 
-/// Judged tips in the order of their rows. With a work budget the order begins one further on after every advance: tips take turns.
+/// Judged tips in the order of their rows. Where they take turns it begins one further on after every advance.
 fn in_turn<'a>(
     (tips, log): (&Tips, &TearLog),
     decisions: &'a [Option<TearDecision>],
-    step: &StepContext,
+    takes_turns: bool,
 ) -> SmallVec<[(TipKey, &'a TearDecision); 8]> {
     let judged = tips.keys().iter().zip(decisions).filter_map(|(key, decision)| Some((*key, decision.as_ref()?)));
     let mut judged: SmallVec<[(TipKey, &TearDecision); 8]> = judged.collect();
-    if step.budget.is_some() && !judged.is_empty() {
+    if takes_turns && !judged.is_empty() {
         let first = log.advance_count as usize % judged.len();
         judged.rotate_left(first);
     }

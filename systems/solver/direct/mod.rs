@@ -13,7 +13,7 @@ mod state;
 
 use super::{Operator, scale_to_single};
 use crate::components::FreeAxes;
-use crate::systems::parallel;
+use crate::systems::{parallel, work};
 use cholesky::Cholesky;
 pub(super) use cholesky::NoFactor;
 use glam::DVec3;
@@ -23,16 +23,18 @@ pub use state::FactorState;
 
 /// Solves that begin with a factor after one that failed without; then solves are as before. Tissue that was crushed has
 /// come free by then, or costs one such solve more in so many.
-const NEEDED: u32 = 16;
+const NEEDED: u16 = 16;
 
 /// A body's factor. *State*: its matrix is saved, and how long it has served.
 #[derive(Default)]
 pub struct Factor {
     current: Option<Box<InUse>>,
     /// Solves that still begin with it although another preconditioner is preferred.
-    needed: u32,
+    needed: u16,
     /// Fallback factors made since they were last taken into account.
-    fallbacks: u32,
+    fallbacks: u16,
+    /// Work beside the iterations since it was last taken into account.
+    work: u32,
 }
 
 struct InUse {
@@ -51,6 +53,8 @@ impl Factor {
     /// # Errors
     /// Where the operator is not positive definite, or there is no memory; there is then no factor.
     pub fn renew(&mut self, operator: &Operator, free: &FreeAxes) -> Result<(), NoFactor> {
+        let has_new_pattern = !self.is_of(&operator.triangles.corners, free);
+        self.work = self.work.saturating_add(work::FACTOR * (1 + u32::from(has_new_pattern)));
         let before = self.current.take().map(|current| current.cholesky);
         let cholesky = Cholesky::new(&OperatorCopy::new(operator, free), before);
         let cholesky = cholesky.inspect_err(|_| self.needed = 0)?;
@@ -65,13 +69,23 @@ impl Factor {
     pub fn renew_for_next(&mut self, operator: &Operator, free: &FreeAxes) -> Result<(), NoFactor> {
         self.renew(operator, free)?;
         self.needed = NEEDED;
-        self.fallbacks += 1;
+        self.fallbacks = self.fallbacks.saturating_add(1);
         Ok(())
     }
 
     /// Number of factors made [for solves that have failed otherwise](Self::renew_for_next) since the last call.
     pub fn take_fallbacks(&mut self) -> u32 {
-        std::mem::take(&mut self.fallbacks)
+        u32::from(std::mem::take(&mut self.fallbacks))
+    }
+
+    /// Counts iterations with the factor.
+    pub fn note(&mut self, iterations: u32) {
+        self.work = self.work.saturating_add(iterations.saturating_mul(work::FACTOR_ITERATION - 1));
+    }
+
+    /// Work of factors beside the iterations of solves since the last call.
+    pub fn take_work(&mut self) -> u32 {
+        std::mem::take(&mut self.work)
     }
 
     /// Counts down the solves after a failure without a factor; returns whether this one begins with a factor made on the spot.

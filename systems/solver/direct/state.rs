@@ -16,7 +16,7 @@ impl Factor {
     /// Snapshot state of the factor.
     pub fn state(&self) -> FactorState {
         let of = |current: &InUse| (current.cholesky.equations(), current.rotation_warp.state());
-        FactorState { current: self.current.as_deref().map(of), needed: self.needed }
+        FactorState { current: self.current.as_deref().map(of), needed: self.needed.into() }
     }
 
     /// The factor of a state, which goes on as the one did that it was kept of.
@@ -28,7 +28,11 @@ impl Factor {
             let cholesky = Cholesky::of_equations(equations)?;
             Ok(Box::new(InUse { cholesky, rotation_warp: rotation_warp.clone() }))
         };
-        Ok(Self { current: state.current.as_ref().map(remade).transpose()?, needed: state.needed, fallbacks: 0 })
+        Ok(Self {
+            current: state.current.as_ref().map(remade).transpose()?,
+            needed: u16::try_from(state.needed).unwrap_or_default(),
+            ..Self::default()
+        })
     }
 }
 

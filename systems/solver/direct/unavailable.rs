@@ -62,6 +62,14 @@ impl Factor {
         0
     }
 
+    /// Nothing.
+    pub fn note(&mut self, _iterations: u32) {}
+
+    /// Zero.
+    pub fn take_work(&mut self) -> u32 {
+        0
+    }
+
     /// False.
     pub fn take_need(&mut self) -> bool {
         false

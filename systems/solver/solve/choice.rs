@@ -2,8 +2,8 @@
 
 use crate::components::{FreeAxes, TearMode, Tearing};
 use crate::settings::{Precision, Preconditioner};
-use crate::systems::StepContext;
 use crate::systems::solver::{Available, Factor, FactorUse, MixedPreconditioner, MixedSolver, Operator};
+use crate::systems::{StepContext, work};
 use glam::DVec3;
 
 /// Largest number of free axes for a Cholesky factor in static solves: it takes about 0.3 GB and 2 s there.
@@ -26,9 +26,9 @@ const LEAST_AXES_PLANAR: f64 = 1e3;
 /// incomplete factor it takes 1.2.
 const LEAST_AXES_TORN: f64 = 2e3;
 
-/// Preconditioners for a body in this step, by its free axes.
+/// Preconditioners for a body in this step, by its free axes and the work that its budget has left.
 pub(super) fn available<'a>(
-    step: &StepContext,
+    (step, left): (&StepContext, Option<u32>),
     (operator, free, tearing): (&Operator, &FreeAxes, Option<&Tearing>),
     (factor, mixed): (&'a mut Factor, &'a mut MixedSolver),
 ) -> Available<'a> {
@@ -41,8 +41,10 @@ pub(super) fn available<'a>(
         (true, None) => LEAST_AXES_PLANAR,
         (true, Some(_)) => LEAST_AXES_TORN,
     };
+    let is_affordable = left.is_none_or(|left| left >= 2 * work::FACTORED);
     Available {
-        factor: use_of_factor(step, axes.element_sum()).map(|when| (factor, when)),
+        factor: use_of_factor(step, axes.element_sum()).filter(|_| is_affordable).map(|when| (factor, when)),
+        left,
         mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels)
             .and_then(|kind| if glides { without_levels(step, kind) } else { Some(kind) })
             .map(|kind| (mixed, kind)),
@@ -59,10 +61,6 @@ fn without_levels(step: &StepContext, kind: MixedPreconditioner) -> Option<Mixed
 }
 
 fn use_of_factor(step: &StepContext, axes: f64) -> Option<FactorUse> {
-    // The time of a factor is not counted in iterations.
-    if step.budget.is_some() {
-        return None;
-    }
     match step.preconditioner {
         Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
         Preconditioner::Auto if step.is_static => (axes <= MOST_AXES_FACTORED).then_some(FactorUse::First),

@@ -17,18 +17,17 @@ const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
 /// Criterion above which a tear may advance in the next step.
 const NEARLY_TEARING: f64 = 0.9;
 
-/// Iterations that a solve may take, so that the work to come after it stays within the budget: an advance of a tear, and the second
-/// solve that decides on it.
+/// Iterations that the budget leaves to a solve, if there is one, so that the work to come after it stays within: an advance of a tear, and the
+/// second solve that decides on it.
 pub(super) fn within_budget(
     step: &StepContext,
     result: &SolveResult,
     tears: Option<(&Tips, &TearDecisions)>,
-    iterations: u32,
-) -> u32 {
+) -> Option<u32> {
     let step = if !step.is_corrector && tears.is_some_and(may_tear) { step.before(1) } else { *step };
-    step.left(result).map_or(iterations, |left| {
+    step.left(result).map(|left| {
         let left = left.saturating_sub(work::SET_UP).saturating_sub(result.work_of_advance);
-        iterations.min(left.max(work::LEAST_ITERATIONS))
+        left.max(work::LEAST_ITERATIONS)
     })
 }
 

@@ -127,9 +127,11 @@ fn solve_body(
         parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);
     }
     let params = linear_params(step, result, imbalance_before, force_scale);
-    let iterations = within_budget(step, result, tears, params.iterations);
-    let params = LinearParams { iterations, ..params };
-    let available = available(step, (&operator, &scratch.free, tearing), (&mut *factor, mixed));
+    let left = within_budget(step, result, tears);
+    let is_shortened = left.is_some_and(|left| left < params.iterations);
+    let params =
+        LinearParams { iterations: left.map_or(params.iterations, |left| left.min(params.iterations)), ..params };
+    let available = available((step, left), (&operator, &scratch.free, tearing), (&mut *factor, mixed));
     scratch.is_audited = step.asks_for_exact_residual(audit.is_some());
     let is_linear_step = !step.is_static && step.newton_iterations == 1;
     // The position tolerance is ignored in retries: in a short sub-step every motion is small against an edge.
@@ -169,12 +171,13 @@ fn solve_body(
                 scratch.residual_work = residual_work(increment, scratch);
             }
             note(&info, &params, result, scratch);
-            result.is_cut_short = step.budget.is_some() && !info.is_solved;
+            result.is_cut_short = is_shortened && !info.is_solved;
         }
         // No answer: a value that is not finite is caught after the step, which is then rolled back.
         Err(_) => result.linear_residual = f64::NAN,
     }
     result.fallback_factors += factor.take_fallbacks();
+    result.work = result.work.saturating_add(factor.take_work());
     // Solves of other systems in this scratch ask for their residual alone.
     scratch.near = 0.0;
     if step.newton_iterations == 1 {

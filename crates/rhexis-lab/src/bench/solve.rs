@@ -91,6 +91,7 @@ impl Isolated {
 impl Way {
     fn settings(&self, linear: LinearParams) -> Settings {
         Settings {
+            budget: None,
             advanced: Advanced {
                 linear,
                 preconditioner: self.preconditioner,
@@ -126,6 +127,7 @@ impl StepError {
             body,
             dt,
             &Settings {
+                budget: None,
                 advanced: Advanced { preconditioner: Preconditioner::Cholesky, linear: tight, ..settings.advanced },
                 ..settings
             },

@@ -38,7 +38,7 @@ pub(super) fn lowest_frequencies(body: &Snapshot, free: &FreeAxes, count: usize)
         let last = &basis[basis.len() - 1];
         let mut image = vec![DVec3::ZERO; last.len()];
         scratch.residual = last.iter().zip(mass).zip(free).map(|((x, m), f)| *x * *m * *f).collect();
-        let mut available = Available { factor: Some((&mut factor, FactorUse::First)), mixed: None };
+        let mut available = Available { factor: Some((&mut factor, FactorUse::First)), ..Available::default() };
         let mut memory = ProductMemory { corner: &mut corner, passes: &mut passes };
         solver::solve(&operator, &params, &mut available, &mut memory, &mut image, &mut scratch)?;
         diagonal.push(dot(last, &image));

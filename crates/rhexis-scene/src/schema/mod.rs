@@ -170,15 +170,15 @@ pub struct RunSpec {
     #[serde(default)]
     pub until_ended: bool,
     /// `"fast"` (default), `"haptic"`, `"game"`, `"accurate"` or `"static"`: preset of all settings that no other key gives.
-    /// - Haptic is `max_tear_passes = 2`, `advanced.max_step_halvings = 1`, `advanced.newton_corrections = 0`.
+    /// - Haptic is `budget = 1000`, `max_tear_passes = 2`, `advanced.max_step_halvings = 1`, `advanced.newton_corrections = 0`.
     /// - Game is that with `position_tolerance = 0.02` and `budget = 80`.
     /// - Static is `linear_tolerance = 1e-10`, `stress_tolerance = inf`, `static_iterations = 200` of `advanced`.
     /// - Accurate is `integrator = "tr_bdf2"`, `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`,
     ///   `stress_tolerance = inf` of `advanced`. A step takes three to seven times as long; for references, waves and spins.
     #[serde(default)]
     pub accuracy: AccuracySpec,
-    /// Iterations of linear solves that a body may take in one dynamic step, retries and passes for tears included, at least 1: the same
-    /// bits on every machine. What it leaves unsolved is in the report. Default none.
+    /// Iterations of linear solves that a body may take in one dynamic step, retries and passes for tears included; 0 for any number. The same
+    /// bits on every machine. What it leaves unsolved is in the report. Default 4000; steps of several Newton iterations have none.
     pub budget: Option<u32>,
     /// Threads; 0 (default) means one per core. The results are the same bits for any number.
     #[serde(default)]

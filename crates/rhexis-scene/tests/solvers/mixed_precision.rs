@@ -107,7 +107,7 @@ impl Torn {
         scratch.residual.clone_from(&self.load);
         let mut memory = ProductMemory { corner: &mut Vec::new(), passes: &mut BendingPasses::default() };
         let mut mixed = MixedSolver::default();
-        let mut available = Available { factor: None, mixed: kind.map(|kind| (&mut mixed, kind)) };
+        let mut available = Available { mixed: kind.map(|kind| (&mut mixed, kind)), ..Available::default() };
         let params = LinearParams::by_residual(tolerance, 20_000);
         let info = solver::solve(&self.operator(), &params, &mut available, &mut memory, &mut x, &mut scratch);
         (info, x)

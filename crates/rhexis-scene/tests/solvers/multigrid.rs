@@ -111,7 +111,7 @@ impl System {
         scratch.residual.clone_from(&self.load);
         let mut memory = ProductMemory { corner: &mut Vec::new(), passes: &mut BendingPasses::default() };
         let mut x = self.guess.clone();
-        let mut available = Available { factor: None, mixed: Some((mixed, MixedPreconditioner::Multigrid)) };
+        let mut available = Available { mixed: Some((mixed, MixedPreconditioner::Multigrid)), ..Available::default() };
         let params = LinearParams::by_residual(tolerance, 1000);
         let info = solver::solve(&self.operator(), &params, &mut available, &mut memory, &mut x, &mut scratch).unwrap();
         assert!(info.relative_residual <= tolerance, "{}", info.relative_residual);
