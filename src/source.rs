@@ -7,24 +7,33 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// The bytes of a regular file, `most` at the most.
+/// A regular file with its size, `most` bytes at the most.
 ///
 /// # Errors
 /// Where the system refuses, for a path that is no regular file, and for more bytes.
-pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+pub fn open(path: &Path, most: u64) -> io::Result<(File, u64)> {
     // Judged before it is opened: opening a pipe waits for somebody to write into it.
     if !fs::metadata(path)?.is_file() {
         return Err(io::Error::other("not a regular file"));
     }
     let file = File::open(path)?;
-    let too_large = || io::Error::other(format!("it is larger than the {} MB that are read", most >> 20));
     let size = file.metadata()?.len();
-    if size > most {
-        return Err(too_large());
-    }
+    if size > most { Err(too_large(most)) } else { Ok((file, size)) }
+}
+
+/// The bytes of a regular file, `most` at the most.
+///
+/// # Errors
+/// As [`open`].
+pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let (file, size) = open(path, most)?;
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(size as usize).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
     // It may grow meanwhile, and some that are said to be empty are not.
     file.take(most + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most { Err(too_large()) } else { Ok(bytes) }
+    if bytes.len() as u64 > most { Err(too_large(most)) } else { Ok(bytes) }
+}
+
+fn too_large(most: u64) -> io::Error {
+    io::Error::other(format!("it is larger than the {} MB that are read", most >> 20))
 }

@@ -171,8 +171,9 @@ Examples:
   rhexis view
   rhexis view fig2-tear --set bodies.0.fibres.degrees=60
   rhexis view surface.obj
+  rhexis view --build surface.obj
 
-The page is built once by `bindings/web/build.sh`.";
+Nothing is built or fetched without --build. The page is the folder rhexis-page beside the program, or bindings/web/dist of its checkout.";
 
 #[derive(Args)]
 struct SceneArgs {

@@ -23,4 +23,5 @@ mod sweeps;
 mod told;
 mod turns;
 mod verify;
+mod view;
 mod vtu;
