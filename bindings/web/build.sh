@@ -45,4 +45,4 @@ cp js/index.js js/index.d.ts dist/
 cp page/* dist/page/
 three=node_modules/three
 cp $three/build/three.module.js $three/build/three.core.js $three/examples/jsm/controls/OrbitControls.js $three/LICENSE dist/page/vendor/
-echo "built: $(du -sh dist | cut -f1) in bindings/web/dist; serve it by \`rhexis view\` or \`node bindings/web/serve.mjs\`"
+echo "built: $(du -sh dist | cut -f1) in bindings/web/dist; serve it by \`rhexis view\`"

@@ -50,7 +50,10 @@ if $bits; then
 fi
 if $page; then
     "${cargo[@]}" build "${native[@]}" --example replay_recording
-    export RHEXIS_REPLAY=${CARGO_TARGET_DIR:-$root/target}/release/examples/replay_recording
+    # By itself, for its feature `direct` gives other bits.
+    "${cargo[@]}" build --release --locked --manifest-path "$root/Cargo.toml" --package rhexis-cli
+    built=${CARGO_TARGET_DIR:-$root/target}/release
+    export RHEXIS_REPLAY=$built/examples/replay_recording RHEXIS_PROGRAM=$built/rhexis
     node test/browser.mjs "$@"
     took "the page"
 fi

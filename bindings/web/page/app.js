@@ -283,8 +283,13 @@ function fillScenes() {
 /** What `rhexis view SCENE` serves beside the page. */
 async function openServed(address) {
   const base = new URL(address, location.href);
-  const { scene, set, files, mesh } = await (await fetch(base)).json();
-  const read = async (path) => new Uint8Array(await (await fetch(new URL(path, base))).arrayBuffer());
+  const ask = async (path) => {
+    const response = await fetch(new URL(path, base));
+    if (!response.ok) throw new Error(await response.text());
+    return response;
+  };
+  const { scene, set, files, mesh } = await (await ask(base)).json();
+  const read = async (path) => new Uint8Array(await (await ask(path)).arrayBuffer());
   if (mesh) return openMesh(mesh.name, await read(mesh.at));
   const contents = await Promise.all(files.map(async ({ name, at }) => [name, await read(at)]));
   element("scripted").checked = true;

@@ -1,15 +1,17 @@
 // The page in headless Chromium: loads, is dragged, torn, undone, worked by keys; its figures are the engine's, its hash the native one.
-// `node test/browser.mjs [SCREENSHOTS]` after build.sh. RHEXIS_CHROMIUM is the browser, RHEXIS_REPLAY the example replay_recording, where it is built.
+// `node test/browser.mjs [SCREENSHOTS]` after build.sh. RHEXIS_CHROMIUM is the browser, RHEXIS_PROGRAM the program rhexis that serves the page (by
+// default that of the checkout), RHEXIS_REPLAY the example replay_recording, where it is built.
 // With RHEXIS_CLOSE=FILE a scripted hand closes the capsulorhexis as well, in some minutes, and its recording is kept in FILE.
 
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
 import { readFile, writeFile, mkdtemp, rm } from "node:fs/promises";
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
+import { once } from "node:events";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
-import { serve } from "../serve.mjs";
 import { contrasts } from "./contrast.mjs";
 import { close } from "./rhexis.mjs";
 
@@ -22,7 +24,11 @@ if (!executablePath) {
 const screenshots = process.argv[2];
 const plan = JSON.parse(await readFile(new URL("plan.json", import.meta.url)));
 
-const { server, address } = await serve(0);
+const [program, assets] = ["../../../target/release/rhexis", "../dist"].map((path) => fileURLToPath(new URL(path, import.meta.url)));
+const server = spawn(process.env.RHEXIS_PROGRAM ?? program, ["view", "--port", "0", "--assets", assets], { stdio: ["ignore", "pipe", "inherit"] });
+process.on("exit", () => server.kill());
+const [said] = await once(server.stdout, "data");
+const [address] = `${said}`.match(/http:\S+/);
 const profile = await mkdtemp(join(tmpdir(), "rhexis-browser-"));
 const args = [
   "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -271,6 +277,5 @@ for (const [name, check] of Object.entries(checks)) {
   }
 }
 await context.close();
-server.close();
 await rm(profile, { recursive: true, force: true });
 process.exit(failed ? 1 : 0);
