@@ -56,7 +56,7 @@ note_passed() {
 }
 
 page() {
-    bindings/web/check.sh --page
+    RHEXIS_PROGRAM=$target/release/rhexis bindings/web/check.sh --page
 }
 notebooks() {
     bindings/python/check.sh --notebooks

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds and tests the browser part: `check.sh [--bits | --page] [SCREENSHOTS]`. The bits in Node and natively, the types, the page in headless
 # Chromium; --bits leaves out the page, --page all but the page. By the module with SIMD, which is built soon; RHEXIS_BITS=all takes the plain
-# one too.
+# one too. RHEXIS_PROGRAM is the program that serves the page, which is built where it is not given.
 set -euo pipefail
 cd "$(dirname "$0")"
 root=$(cd ../.. && pwd)
@@ -50,10 +50,12 @@ if $bits; then
 fi
 if $page; then
     "${cargo[@]}" build "${native[@]}" --example replay_recording
-    # By itself, for its feature `direct` gives other bits.
-    "${cargo[@]}" build --release --locked --manifest-path "$root/Cargo.toml" --package rhexis-cli
     built=${CARGO_TARGET_DIR:-$root/target}/release
-    export RHEXIS_REPLAY=$built/examples/replay_recording RHEXIS_PROGRAM=$built/rhexis
+    if [ -z "${RHEXIS_PROGRAM:-}" ]; then
+        # By itself, for its feature `direct` gives other bits.
+        "${cargo[@]}" build --release --locked --manifest-path "$root/Cargo.toml" --package rhexis-cli
+    fi
+    export RHEXIS_REPLAY=$built/examples/replay_recording RHEXIS_PROGRAM=${RHEXIS_PROGRAM:-$built/rhexis}
     node test/browser.mjs "$@"
     took "the page"
 fi
