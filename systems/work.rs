@@ -14,13 +14,13 @@ pub const EVALUATION: u32 = 7;
 /// Work of the matrix and its preconditioner in a solve.
 pub const SET_UP: u32 = 11;
 
-/// Work of a Cholesky factor: 60 with 800 triangles, 100 with 12,000. The first of a mesh, which finds its pattern, takes twice as long.
+/// Work of a Cholesky factor of some thousand triangles; twice as much for the first of a mesh, which finds its pattern.
 pub const FACTOR: u32 = 80;
 
 /// Work of an iteration with a Cholesky factor.
 pub const FACTOR_ITERATION: u32 = 10;
 
-/// Work of a usual solve with the first factor of a mesh: three iterations.
+/// Work of a solve in three iterations with the first factor of a mesh.
 pub const FACTORED: u32 = 2 * FACTOR + 3 * FACTOR_ITERATION;
 
 /// Minimum iterations of a solve whose budget is used up.
@@ -32,7 +32,7 @@ const TRIANGLES_PER_ADVANCE: usize = 10_000;
 /// Number of triangles over which an iteration takes as long as halving one of them.
 const TRIANGLES_PER_HALVING: usize = 500;
 
-/// Iterations with a new factor that so much work allows; one at the least.
+/// Maximum iterations with a new factor within a work; at least one.
 pub fn iterations_with_factor(work: u32) -> u32 {
     (work.saturating_sub(2 * FACTOR) / FACTOR_ITERATION).max(1)
 }

@@ -19,7 +19,7 @@ struct Block {
     fell_back: bool,
     tangent: Tangent,
     spurious_energy: f64,
-    /// Pace of holds \[mm\], made negative; zero for none. Version 14 had a bound here that never was negative.
+    /// Negative pace of holds \[mm\]; zero for no limit, as are positive bounds, which version 14 had here.
     hold_pace: f64,
     start_spurious_energy: [f64; 2],
     creates_energy: bool,

@@ -61,7 +61,7 @@ fn is_unsettled(tearing: &Tearing, tips: &Tips, decisions: &TearDecisions) -> bo
 }
 
 /// Whether the corrector solves of a pass have left the energy release at a tip unsettled: the last one allowed still changes it, or the last
-/// one has `applied` only a fraction of its answer, so that little change is no rest.
+/// one has `applied` only a fraction of its answer, which a small change does not show.
 pub(super) fn leaves_unsettled(tearing: &Tearing, tips: &Tips, decisions: &TearDecisions, applied: f64) -> bool {
     let mut judged = decisions.tips.iter().enumerate().filter_map(|(tip, decision)| Some((tip, decision.as_ref()?)));
     decisions.correctors >= CORRECTORS && is_unsettled(tearing, tips, decisions)

@@ -187,7 +187,7 @@ impl Verdict {
                 ledger.is_step_limited = true;
                 let way = increment.prescribed_way(&scratch.free);
                 if way > 0.0 {
-                    // Zero would be any pace.
+                    // Zero would be no limit.
                     ledger.hold_pace = (fraction * way).max(f64::MIN_POSITIVE);
                 }
                 increment.is_fraction = true;

@@ -114,7 +114,7 @@ impl Available<'_> {
         if let Some((factor, when)) = &mut self.factor
             && (is_guided || *when == FactorUse::First || factor.take_need())
         {
-            // Where solves have failed without a factor an earlier one does not serve: of 754 in `examples/play` 16 did.
+            // After a failure without a factor, one of an earlier state seldom serves.
             let may_serve = is_guided || *when == FactorUse::First;
             if may_serve && factor.is_of(&operator.triangles.corners, free) {
                 attempts.push(Attempt::EarlierFactor);

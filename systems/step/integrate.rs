@@ -64,11 +64,8 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
             if step.is_static {
                 ledger.hold_pace = 0.0;
             }
-            let part = if ledger.hold_pace > 0.0 {
-                ledger.part_of_holds(behind(vertices, (prescription.0, prescription.1.as_deref()), step.time))
-            } else {
-                1.0
-            };
+            let held = (prescription.0, prescription.1.as_deref());
+            let part = ledger.part_of_holds(|| behind(vertices, held, step.time));
             mark_axes(vertices, increment, scratch, prescription, planar, (step.time, part));
         },
     )
@@ -105,12 +102,12 @@ pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
     parallel::for_bodies::<AxesQuery>(
         world,
         |((vertices, _, result, _), _)| result.rows_to_solve(vertices.len()),
-        |((vertices, increment, _, scratch), (prescription, planar, _))| {
+        |((vertices, increment, _, scratch), (prescription, planar, ledger))| {
             increment.middle_displacement.clone_from(&increment.displacement);
             increment.middle_velocity.clone_from(&vertices.velocity);
             let Increment { displacement, delta, .. } = &mut *increment;
             parallel::for_rows(delta, |v, delta| *delta = displacement[v] * SECOND_STAGE);
-            mark_axes(vertices, increment, scratch, prescription, planar, (step.time, 1.0));
+            mark_axes(vertices, increment, scratch, prescription, planar, (step.time, ledger.rest_of_holds()));
         },
     )
 }
@@ -143,9 +140,7 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
         count += 1;
         increment.delta.clear();
         increment.delta.resize(vertices.len(), DVec3::ZERO);
-        // Holds at a pace have gone their way of this step.
-        let part = if ledger.hold_pace > 0.0 { 0.0 } else { 1.0 };
-        mark_axes(vertices, increment, scratch, prescription, planar, (step.time, part));
+        mark_axes(vertices, increment, scratch, prescription, planar, (step.time, ledger.rest_of_holds()));
         (result.newton_iterations, result.has_converged) = (0, false);
     }
     count

@@ -140,7 +140,8 @@ fn after_a_held_jump(settings: Settings, is_pinned: bool) -> (Simulation, BodyId
     (simulation, body)
 }
 
-/// The cloth is never stretched by more than its sag asks; where what is held went all its way at once, an edge of 1.3 mm spanned the jump.
+/// The jump spans 7.5 edges of 1.3 mm: held vertices that went ahead of the body would stretch an edge to several times its length. The limit of 1.3
+/// leaves twice the stretch of 14 % that unsolved parts of the way make.
 #[test]
 fn what_is_held_goes_as_far_as_the_body_after_a_jump_under_a_budget() {
     for (accuracy, is_pinned) in [(Accuracy::Game, true), (Accuracy::Haptic, true), (Accuracy::Game, false)] {

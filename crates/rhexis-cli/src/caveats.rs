@@ -39,6 +39,10 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     );
     counted(t.tear_undecided, "a tear was decided on without a second solve (run.budget)");
     counted(
+        t.hands_ahead,
+        &format!("holds or jaws were up to {:.3} mm behind their hands: the step was limited", t.most_hand_ahead),
+    );
+    counted(
         t.release_unsettled,
         "corrector solves (five, or fewer by run.budget, the last perhaps shortened) did not bring the energy release at a tip to rest",
     );

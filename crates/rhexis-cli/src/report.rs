@@ -275,6 +275,10 @@ pub(super) struct SolverFigures {
     pub cut_short: Count,
     /// Steps in which the budget had no room for the second solve of a tear that was due.
     pub tear_undecided: Count,
+    /// Steps at whose end holds or jaws were behind their hands.
+    pub hands_ahead: Count,
+    /// Largest distance between them \[mm\].
+    pub most_hand_ahead_mm: f64,
     /// Steps in which corrector solves ran out before the energy release at a tip came to rest.
     pub release_unsettled: Count,
     /// Steps that left refinement to the next one, the budget being used up.
@@ -350,6 +354,8 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             vertices_projected: t.vertices_projected,
             cut_short: t.cut_short,
             tear_undecided: t.tear_undecided,
+            hands_ahead: t.hands_ahead,
+            most_hand_ahead_mm: t.most_hand_ahead,
             release_unsettled: t.release_unsettled,
             refinement_put_off: t.refinement_put_off,
             failed: t.failed,

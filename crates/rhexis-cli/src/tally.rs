@@ -65,6 +65,12 @@ pub(super) struct Tally {
     /// Steps in which the budget had no room for the second solve of a tear.
     #[serde(default)]
     pub tear_undecided: Count,
+    /// Steps at whose end holds or jaws were behind their hands.
+    #[serde(default)]
+    pub hands_ahead: Count,
+    /// Largest distance between them \[mm\].
+    #[serde(default)]
+    pub most_hand_ahead: f64,
     /// Steps in which corrector solves ran out before the energy release at a tip came to rest.
     #[serde(default)]
     pub release_unsettled: Count,
@@ -155,6 +161,9 @@ impl Tally {
         self.failed.note(report.has_failed, o.step);
         self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
         self.tear_undecided.note(report.bodies.iter().any(|body| body.is_tear_undecided), o.step);
+        let ahead = report.bodies.iter().map(|body| body.hand_ahead).fold(0.0, f64::max);
+        self.hands_ahead.note(ahead > 0.0, o.step);
+        self.most_hand_ahead = self.most_hand_ahead.max(ahead);
         self.release_unsettled.note(report.bodies.iter().any(|body| body.is_release_unsettled), o.step);
         self.refinement_put_off.note(report.bodies.iter().any(|body| body.is_refinement_put_off), o.step);
         self.rolled_back += u64::from(report.rolled_back);

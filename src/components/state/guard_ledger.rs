@@ -13,7 +13,7 @@ pub struct GuardLedger {
     pub creates_energy: bool,
     /// Whether this step took only a fraction of its increment or, with a budget, failed; the next one reserves a fallback sub-step.
     pub is_step_limited: bool,
-    /// Longest way \[mm\] of holds in the next step, after one that was limited; zero for any.
+    /// Longest way \[mm\] of holds in the next step, after one that was limited; zero for no limit.
     pub hold_pace: f64,
     /// `hold_pace` at the start of the step.
     pub start_hold_pace: f64,
@@ -32,8 +32,12 @@ impl GuardLedger {
         self.start_hold_pace = self.hold_pace;
     }
 
-    /// Part of their way \[mm\] that holds at a pace go in this step; the pace grows until it does no longer matter.
-    pub(crate) fn part_of_holds(&mut self, way: f64) -> f64 {
+    /// Part of their way \[mm\] that holds go in this step. A pace doubles until it spans the way.
+    pub(crate) fn part_of_holds(&mut self, way: impl FnOnce() -> f64) -> f64 {
+        if self.hold_pace == 0.0 {
+            return 1.0;
+        }
+        let way = way();
         let most = self.hold_pace.max(LEAST_PACE * way);
         if way <= most {
             self.hold_pace = 0.0;
@@ -41,6 +45,11 @@ impl GuardLedger {
         }
         self.hold_pace = PACE_GROWTH * most;
         most / way
+    }
+
+    /// Part of their remaining way that holds go in a later solve of the step: none at a pace.
+    pub(crate) fn rest_of_holds(&self) -> f64 {
+        if self.hold_pace > 0.0 { 0.0 } else { 1.0 }
     }
 
     /// Forgets the results of an undone attempt.

@@ -46,17 +46,17 @@ pub(super) struct ViewArgs {
     build: bool,
 }
 
-/// What is served.
+/// Page and files of the server.
 struct Site {
     /// Folder of the page, without links.
     assets: PathBuf,
-    /// What the page begins with, as JSON, where a scene was named.
+    /// Scene or mesh that the page opens first, as JSON, where one was named.
     start: Option<Arc<[u8]>>,
     /// The files that this names by their numbers.
     files: Vec<PathBuf>,
 }
 
-/// What the page begins with.
+/// Scene or mesh that the page opens first.
 #[derive(Serialize)]
 struct Start {
     scene: Option<String>,
@@ -137,7 +137,7 @@ impl Site {
         Some(Content::File(file, kind, MAX_ASSET))
     }
 
-    /// A file of the page; links that lead out of its folder are none.
+    /// File of the page's folder; `None` for links that lead out of it.
     fn asset(&self, path: &str) -> Option<PathBuf> {
         let path = Path::new(path);
         let is_plain = path.components().all(|word| matches!(word, Component::Normal(_)));
@@ -153,7 +153,7 @@ fn ready() -> PathBuf {
     beside.filter(|folder| folder.join(INDEX).is_file()).unwrap_or_else(|| PathBuf::from(CHECKOUT))
 }
 
-/// Folder of the checkout's page, which is built anew.
+/// Folder of the checkout's page after a build.
 fn built() -> Result<PathBuf, Stop> {
     if !Path::new(BUILDER).is_file() {
         let what =

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Maximum connections that are served at the same time.
+/// Maximum concurrent connections.
 const MAX_CONNECTIONS: usize = 16;
 
 /// Maximum bytes of a request's head.

@@ -210,7 +210,7 @@ fn a_thousand_requests_of_each_kind_leave_the_memory_as_it_was() {
             assert!(told.starts_with(&format!("HTTP/1.1 {status} ")), "{asked:?}: {told:?}");
         }
     };
-    // Some at the same time, as browsers do.
+    // Concurrently, as browsers do.
     let requests = requests();
     scope(|scope| requests.chunks(3).for_each(|kinds| drop(scope.spawn(|| kinds.iter().for_each(ask)))));
     for _ in 0..1000 {

@@ -177,8 +177,8 @@ pub struct RunSpec {
     ///   `stress_tolerance = inf` of `advanced`. A step takes three to seven times as long; for references, waves and spins.
     #[serde(default)]
     pub accuracy: AccuracySpec,
-    /// Iterations of linear solves that a body may take in one dynamic step, retries and passes for tears included; 0 for any number. The same
-    /// bits on every machine. What it leaves unsolved is in the report. Default 4000; steps of several Newton iterations have none.
+    /// Maximum iterations of linear solves that a body may take in one dynamic step, retries and passes for tears included; 0 for no limit. A
+    /// count, hence equal bits on every machine; the report tells the solves that it ends. Default 4000. Not with several Newton iterations.
     pub budget: Option<u32>,
     /// Threads; 0 (default) means one per core. The results are the same bits for any number.
     #[serde(default)]

@@ -27,7 +27,7 @@ struct Case {
     refined: Option<f64>,
     /// \[ms\].
     dt: f64,
-    /// Which of the unstructured meshes.
+    /// Seed of the unstructured mesh.
     seed: u64,
 }
 
@@ -46,7 +46,7 @@ const CASES: [Case; 8] = [
     case(0.2, 1.0, Some(0.35), 1.0),
 ];
 
-/// Further meshes for the first case: a tip that is read beside an edit before it is at rest loses a step, on some meshes and not on others.
+/// Seeds of further meshes for the first case: readings at a tip beside an edit differ from mesh to mesh.
 const MESHES: std::ops::RangeInclusive<u64> = 9..=16;
 
 pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
