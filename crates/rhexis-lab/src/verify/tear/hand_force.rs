@@ -4,6 +4,7 @@
 //! The force before an advance is right on any mesh and falls after it where a whole triangle opens at once (`tear-trouser`). The mean
 //! over the steps is the force that a hand feels.
 
+use super::super::reference::{csv, file};
 use super::super::{Artifacts, Axes, Line, Row, Rows, VerifyError, bodies};
 use super::steady::{Step, judge_pull, steady_steps};
 use super::trouser::Triangles;
@@ -37,6 +38,19 @@ const TIME: f64 = 4000.0;
 const MEAN: f64 = 0.03;
 /// Steps \[ms\].
 const STEPS: [f64; 5] = [1.0, 2.0, 5.0, 10.0, 20.0];
+/// Tolerance of the mean force against an independent code: as above for G, without damping; both codes' meshes change it by 0.2 %.
+const INDEPENDENT: f64 = 0.01;
+
+/// Material of the sheet.
+#[derive(Clone, Copy)]
+pub(super) struct Tissue {
+    /// Young's modulus \[MPa\].
+    young: f64,
+    /// Relaxation time of the damping \[ms\].
+    damping: f64,
+}
+
+pub(super) const TISSUE: Tissue = Tissue { young: 2.0, damping: 0.05 };
 
 /// A mesh of the sheet.
 pub(super) struct Mesh {
@@ -68,7 +82,7 @@ pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     for mesh in meshes {
         let mut lines = Vec::new();
         for &dt in steps {
-            let torn = mesh.tear(dt)?;
+            let torn = mesh.tear(TISSUE, dt)?;
             let what = format!("{}, dt {dt} ms", mesh.name);
             judge_pull(&mut rows, &what, &torn.steps, MEAN);
             let work = torn.work_per_area().unwrap_or(f64::NAN) / TOUGHNESS;
@@ -85,7 +99,24 @@ pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
         let file = format!("tear-hand-force-{}", mesh.name.replace([' ', '.'], "-"));
         out.plot(&file, Axes { title: &title, names, is_isometric: false }, &lines)?;
     }
+    judge_by_independent_code(&mut rows)?;
     rows.finish()
+}
+
+/// Judges the mean pull of stiff and soft sheets by the static tear of `tests/reference/trouser.py`, which shares no code with the engine.
+fn judge_by_independent_code(rows: &mut Rows) -> Result<(), VerifyError> {
+    let mesh = &MESHES[2];
+    let (name, text) = file!("trouser.csv");
+    for [sheet, young, edge, bending, pull, ..] in csv::<8>(name, text)? {
+        if (sheet, edge, bending) != (1.0, mesh.edge, 1.0) {
+            continue;
+        }
+        let torn = mesh.tear(Tissue { young, damping: 0.1 * TISSUE.damping }, 5.0)?;
+        let mean = torn.mean_pull().unwrap_or(f64::NAN);
+        let text = format!("{young} MPa, little damping: mean pull {mean:.4}, by an independent code {pull}, off it");
+        rows.ratio(text, (mean / pull - 1.0).abs(), INDEPENDENT);
+    }
+    Ok(())
 }
 
 /// Whether a point is at the inner corner of the leg on a side, −1 or 1.
@@ -100,11 +131,11 @@ pub(super) fn legs() -> [DVec3; 2] {
 
 impl Mesh {
     /// The sheet, neither held nor loaded.
-    pub(super) fn sheet(&self, rate: Option<TearRate>) -> Result<Membrane, VerifyError> {
+    pub(super) fn sheet(&self, tissue: Tissue, rate: Option<TearRate>) -> Result<Membrane, VerifyError> {
         let tearing = Tearing { mode: TearMode::Glide, radius: RADIUS, exponent: 2.0, rate, ..Tearing::default() };
         let mesh = self.triangles.mesh(WIDTH, LENGTH, self.edge)?;
-        let sheet = Membrane::new("sheet", mesh, Material::isotropic(2.0, 0.4, THICKNESS))
-            .with(Damping { time: 0.05 })
+        let sheet = Membrane::new("sheet", mesh, Material::isotropic(tissue.young, 0.4, THICKNESS))
+            .with(Damping { time: tissue.damping })
             .with(Drag { coefficient: 4e-7 })
             .with(Bending::default())
             .with(tearing)
@@ -119,8 +150,8 @@ impl Mesh {
     }
 
     /// The sheet with its legs in two hands that go apart.
-    fn pulled(&self) -> Result<Membrane, VerifyError> {
-        let mut sheet = self.sheet(None)?.with(EnergyAudit::default());
+    fn pulled(&self, tissue: Tissue) -> Result<Membrane, VerifyError> {
+        let mut sheet = self.sheet(tissue, None)?.with(EnergyAudit::default());
         for (name, side) in [("left", -1.0), ("right", 1.0)] {
             let curve = Curve::ramp(TIME, 1.0).unwrap_or_else(|_| Curve::constant(1.0));
             let way = DVec3::new(0.0, -0.5, -side) * WAY;
@@ -131,8 +162,9 @@ impl Mesh {
     }
 
     /// Tears it through.
-    fn tear(&self, dt: f64) -> Result<Torn, VerifyError> {
-        let (mut simulation, body) = bodies::simulate(Settings { threads: 1, ..Settings::default() }, self.pulled()?)?;
+    fn tear(&self, tissue: Tissue, dt: f64) -> Result<Torn, VerifyError> {
+        let settings = Settings { threads: 1, ..Settings::default() };
+        let (mut simulation, body) = bodies::simulate(settings, self.pulled(tissue)?)?;
         simulation.cut(body, &legs())?;
         let mut all = Torn::default();
         while simulation.time() < TIME {
@@ -153,6 +185,12 @@ impl Mesh {
 }
 
 impl Torn {
+    /// Mean pull of the steady part over that of theory.
+    fn mean_pull(&self) -> Option<f64> {
+        let steady = &self.steps[steady_steps(&self.steps)];
+        (!steady.is_empty()).then(|| steady.iter().map(|step| step.pull).sum::<f64>() / steady.len() as f64)
+    }
+
     /// Work of the hands per torn area over the steady part, without damping's part \[N/mm\].
     fn work_per_area(&self) -> Option<f64> {
         self.steady().map(|(spent, area)| (spent.work() - spent.damping) / area)

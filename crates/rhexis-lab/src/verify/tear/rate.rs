@@ -2,7 +2,7 @@
 //! any mesh and at any step.
 
 use super::super::{Artifacts, Axes, Line, Row, Rows, VerifyError, bodies};
-use super::hand_force::{LENGTH, Mesh, PULL, is_in_hand, legs};
+use super::hand_force::{LENGTH, Mesh, PULL, TISSUE, is_in_hand, legs};
 use super::trouser::Triangles;
 use glam::{DVec2, DVec3};
 use rhexis::components::{Curve, PointLoad, PointLoads, TearLog, TearRate};
@@ -94,7 +94,7 @@ impl Case {
         let edge = if self.refined.is_some() { 1.0 } else { 0.5 };
         let mesh =
             Mesh { name: "unstructured", triangles: Triangles::Unstructured(self.seed), edge, refined: self.refined };
-        let sheet = mesh.sheet(Some(self.rate))?;
+        let sheet = mesh.sheet(TISSUE, Some(self.rate))?;
         let load = |side: f64| {
             let rows = sheet.select(|p| is_in_hand(p, side));
             let force = DVec3::Z * (-side * LOAD * PULL / rows.len() as f64);
