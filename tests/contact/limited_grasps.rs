@@ -1,13 +1,15 @@
 //! Grasps in steps that the energy guard or a budget limits: the jaws' target stays behind the hand with the tissue, and slip is judged there.
 
 use glam::DVec3;
-use rhexis::components::{Damping, Drag, Gravity, Jaws, Material, Pose, Slip};
+use rhexis::components::{
+    Bending, Contact, Curve, Damping, Drag, Gravity, Hold, Jaws, Material, Path, Pose, Shape, Slip,
+};
 use rhexis::event::EventKind;
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Accuracy, Settings};
-use rhexis::simulation::{Grasp, Simulation};
-use rhexis::storage::{BodyId, ForcepsId};
+use rhexis::simulation::{Grasp, Simulation, Solid};
+use rhexis::storage::{Attached, BodyId, ForcepsId, Vertices};
 
 /// Side of the dome \[mm\], and radius of the sphere of which it is a part.
 const SIZE: f64 = 40.0;
@@ -223,4 +225,38 @@ fn a_replay_of_a_limited_grasp_has_the_same_hash() {
     let recording = simulation.end_recording().unwrap();
     let again = recording.replay().unwrap();
     assert_eq!(again.hash(), simulation.hash());
+}
+
+#[test]
+fn a_ball_that_jumps_through_a_drum_within_a_budget_pushes_no_harder_than_at_rest() {
+    let mesh = generate::disc(8.0, 1500).unwrap();
+    let drum = Membrane::new("drum", mesh, Material::isotropic(1.0, 0.3, 0.1))
+        .with(Bending::default())
+        .with(Damping { time: 2.0 })
+        .with(Contact { friction: 0.3, ..Contact::default() });
+    let rim = drum.select(|p| p.length() > 8.0 * (1.0 - 1e-9)).into_iter().map(|v| (v, DVec3::ZERO));
+    let members = Attached::new(rim);
+    let drum = drum.hold(Hold { name: "rim".into(), members, axes: [true; 3], curve: Curve::constant(0.0) });
+    let mut simulation = Simulation::new(settings(Accuracy::Game)).unwrap();
+    let body = simulation.spawn(drum).unwrap();
+    let (radius, jump) = (2.0, 6.0);
+    let points = vec![(FRAME, DVec3::ZERO), (2.0 * FRAME, DVec3::Z * -jump), (9e9, DVec3::Z * -jump)];
+    let ball = Shape::Sphere { centre: DVec3::Z * (radius + 0.1), radius };
+    simulation.spawn_obstacle(Solid::new(ball).path(Path { points })).unwrap();
+    let mut forces = Vec::new();
+    let mut limited = 0;
+    for _ in 0..60 {
+        let report = simulation.step(FRAME).unwrap();
+        limited += u32::from(report.bodies[0].is_step_limited);
+        forces.push(simulation.contact_forces(body).unwrap().iter().map(|(_, force)| force.length()).sum::<f64>());
+    }
+    let at_rest = forces[59];
+    let largest = forces.iter().copied().fold(0.0, f64::max);
+    let arrived = forces.iter().position(|&force| force > 0.95 * at_rest).unwrap();
+    println!("{limited} limited, {largest:.4} N at most, {at_rest:.4} at rest, from step {arrived} on");
+    // The ball's jump is limited and told; the tissue follows in 5 steps and never pulls by more than 1 % beyond its force at rest.
+    assert!(limited > 0 && largest < 1.01 * at_rest && arrived <= 8);
+    let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
+    let lowest = vertices.position.iter().map(|x| x.z).fold(0.0, f64::min);
+    assert!((lowest + jump - 0.1).abs() < 0.1, "{lowest}");
 }

@@ -74,6 +74,31 @@ fn a_tear_that_is_held_back_by_its_speed_is_a_note() {
 }
 
 #[test]
+fn holds_that_stay_behind_their_hand_are_a_note() {
+    let folder = tempfile::tempdir().unwrap();
+    let jump = [
+        "run.accuracy=\"game\"",
+        "run.budget=60",
+        "run.dt=16",
+        "run.steps=20",
+        "bodies.0.holds.0.move.offset=[0, 20, 15]",
+        "bodies.0.holds.0.curve=[[0, 0], [80, 0], [96, 1]]",
+    ];
+    let (code, printed, _) = run(folder.path(), &jump);
+    assert_eq!(code, Some(0), "{printed}");
+    let solver = &report(folder.path())["solver"];
+    let (ahead, most) = (&solver["hands_ahead"], solver["most_hand_ahead_mm"].as_f64().unwrap());
+    // The hand goes 25 mm in step 6.
+    assert!(ahead["first"] == 6 && most > 10.0 && most < 25.0, "{solver}");
+    let note = format!(
+        "the first being step 6: holds or jaws were up to {most:.3} mm behind their hands: the step was limited"
+    );
+    assert!(printed.contains(&note), "{printed}");
+    let (_, printed, _) = run(folder.path(), &[]);
+    assert!(!printed.contains("behind their hands"), "{printed}");
+}
+
+#[test]
 fn decisions_by_the_material_force_are_told_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let criterion = "bodies.0.energy_criterion={ toughness_along_fibres = 1e3, toughness_across_fibres = 1e3 }";
