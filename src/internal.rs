@@ -23,7 +23,7 @@ pub fn example() -> crate::Result<(crate::simulation::Simulation, crate::storage
 
 /// Reading files that a user names.
 pub mod source {
-    pub use crate::source::{open, read};
+    pub use crate::source::{Sources, open, read};
 }
 
 /// The state of a run as bytes and as a file.

@@ -2,8 +2,8 @@
 
 use super::files::is_own_name;
 use super::{RunArgs, Stop, dump};
-use rhexis::internal::fingerprint;
-use rhexis_scene::Scene;
+use rhexis::internal::{fingerprint, source};
+use rhexis_scene::{Scene, mesh_file};
 use std::path::{Path, PathBuf};
 
 /// The scene file and what it mentions.
@@ -20,7 +20,7 @@ impl Inputs {
     /// Hashes of what the mesh and fibre files hold, in their order.
     pub(crate) fn hashes(&self) -> Result<Vec<u64>, Stop> {
         let hash = |path: &PathBuf| {
-            let bytes = std::fs::read(path);
+            let bytes = source::read(path, mesh_file::MOST_BYTES);
             bytes.map(|bytes| fingerprint(&bytes)).map_err(|error| {
                 Stop::Failed(format!("cannot read {}: {error}; check the path and the permissions", path.display()))
             })

@@ -21,6 +21,7 @@ mod guard;
 mod inputs;
 mod interrupt;
 mod journal;
+mod kept;
 mod lock;
 mod moments;
 #[allow(clippy::disallowed_methods, reason = "pictures, no part of a step")]
@@ -331,8 +332,13 @@ pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // The only failure here is that nobody reads it.
-            let _ = error.print();
+            let plain = error.to_string();
+            if say::is_printable(&plain) {
+                // The only failure here is that nobody reads it.
+                let _ = error.print();
+            } else {
+                say::complain(plain.trim_end());
+            }
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };

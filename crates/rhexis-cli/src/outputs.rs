@@ -2,8 +2,9 @@
 
 use super::inputs::part_of;
 use super::{RunArgs, Stop, dump, files};
+use rhexis::internal::source;
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// Makes the directories and tries every file that is written at the end.
@@ -52,6 +53,28 @@ pub(super) fn directory(given: Option<&Path>, default: &str) -> Result<PathBuf, 
         try_open(&probe).map_err(|error| refused(&probe, error, "another directory with --out"))?;
     }
     Ok(folder.to_owned())
+}
+
+/// Refuses to write a file, whose content begins with `head`, in the place of one that begins otherwise. Nothing is written yet.
+///
+/// # Errors
+/// For such a file, and for what is no regular file.
+pub(super) fn spare(path: &Path, head: &[u8], kind: &str) -> Result<(), Stop> {
+    let choice = "another file with --out";
+    match source::open(path, u64::MAX) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(refused(path, error, choice)),
+        Ok((file, _)) => {
+            let mut found = Vec::new();
+            let read = file.take(head.len() as u64).read_to_end(&mut found);
+            read.map_err(|error| refused(path, error, choice))?;
+            if found == head {
+                Ok(())
+            } else {
+                Err(refused(path, format!("a file that is no {kind} is there"), choice))
+            }
+        }
+    }
 }
 
 /// A directory, however it is written.

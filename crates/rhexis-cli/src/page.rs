@@ -1,11 +1,13 @@
 //! `rhexis report`: a run as one page of HTML that needs no other file.
 
-use crate::Stop;
+use crate::output::file;
 use crate::plot::{of_run, svg};
 use crate::say::say;
+use crate::{Stop, kept, outputs};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use clap::Args;
+use rhexis::internal::source::Sources;
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -37,11 +39,14 @@ img,svg{max-width:100%;height:auto}.notes{background:#fff4d6;padding:.6rem 1rem;
 .pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(24rem,1fr));gap:1rem}figure{margin:0}\
 summary{cursor:pointer}code{font-size:.9em}";
 
+/// The first bytes of a page.
+const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">";
+
 /// Writes the page of a run.
 pub(super) fn page(args: &ReportArgs) -> Result<(), Stop> {
     let out = args.out.clone().unwrap_or_else(|| args.run.join("report.html"));
-    let html = html(&args.run)?;
-    std::fs::write(&out, html).map_err(|error| Stop::Failed(format!("{}: {error}", out.display())))?;
+    outputs::spare(&out, HEAD.as_bytes(), "page")?;
+    file::replace(&out, html(&args.run)?.as_bytes())?;
     say(&format!("written to {}", out.display()))
 }
 
@@ -50,17 +55,18 @@ fn html(run: &Path) -> Result<String, Stop> {
     let failed = |what: &dyn std::fmt::Display| {
         Stop::Failed(format!("{}: {what}; give the output directory of `rhexis run`", path.display()))
     };
-    let text = std::fs::read_to_string(&path).map_err(|error| failed(&error))?;
-    let report: Value = serde_json::from_str(&text).map_err(|error| failed(&error))?;
+    let sources = Sources::new(kept::MOST_BYTES);
+    let content = sources.read(&path, kept::MOST_BYTES).map_err(|error| failed(&error))?;
+    let report: Value = serde_json::from_slice(&content).map_err(|error| failed(&error))?;
     let word = |key: &str| escaped(report[key].as_str().unwrap_or_default());
     let (scene, about) = (word("scene"), word("about"));
     let mut page = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
+        "{HEAD}<meta name=\"viewport\" content=\"width=device-width\">\
          <title>{scene}</title><style>{STYLE}</style></head><body>\n<h1>{scene}</h1><p>{about}</p>\n"
     );
     summary(&mut page, &report);
     notes(&mut page, &report);
-    pictures(&mut page, run)?;
+    pictures(&mut page, run, &sources)?;
     page.push_str("<h2>Curves</h2>\n");
     for panel in of_run(run)? {
         let drawn = svg(&panel).map_err(Stop::Failed)?;
@@ -76,7 +82,7 @@ fn html(run: &Path) -> Result<String, Stop> {
         figures(&mut page, &report[key]);
         page.push_str("</details>\n");
     }
-    events(&mut page, run);
+    events(&mut page, run, &sources)?;
     let _ = writeln!(page, "<p><small>{}</small></p>\n</body></html>", word("program"));
     Ok(page)
 }
@@ -113,9 +119,11 @@ fn notes(page: &mut String, report: &Value) {
 }
 
 /// The pictures of the run, in their order, inside the page.
-fn pictures(page: &mut String, run: &Path) -> Result<(), Stop> {
-    let failed = |error: std::io::Error| Stop::Failed(format!("{}: {error}", run.display()));
-    let entries = std::fs::read_dir(run).map_err(failed)?;
+fn pictures(page: &mut String, run: &Path, sources: &Sources) -> Result<(), Stop> {
+    let failed = |path: &Path, error: std::io::Error| {
+        Stop::Failed(format!("{}: {error}; take it out of the directory", path.display()))
+    };
+    let entries = std::fs::read_dir(run).map_err(|error| failed(run, error))?;
     let is_picture = |name: &str| name.starts_with("picture-") && name.ends_with(".png");
     let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
     let mut names: Vec<String> = names.filter(|name| is_picture(name)).collect();
@@ -125,11 +133,12 @@ fn pictures(page: &mut String, run: &Path) -> Result<(), Stop> {
     }
     page.push_str("<h2>Pictures</h2>\n<div class=\"pictures\">\n");
     for name in names {
-        let bytes = std::fs::read(run.join(&name)).map_err(failed)?;
+        let path = run.join(&name);
+        let bytes = sources.read(&path, kept::MOST_BYTES).map_err(|error| failed(&path, error))?;
         let step = name.rsplit('-').next().and_then(|end| end.strip_suffix(".png")).unwrap_or_default();
         let step = step.trim_start_matches('0');
-        let step = if step.is_empty() { "0" } else { step };
-        let data = STANDARD.encode(bytes);
+        let step = if step.is_empty() { "0".to_owned() } else { escaped(step) };
+        let data = STANDARD.encode(bytes.as_slice());
         let _ = writeln!(
             page,
             "<figure><img alt=\"state after step {step}\" src=\"data:image/png;base64,{data}\"><figcaption>step {step}</figcaption></figure>"
@@ -188,8 +197,16 @@ fn plain(value: &Value) -> String {
 }
 
 /// The first events, one per row.
-fn events(page: &mut String, run: &Path) {
-    let Ok(text) = std::fs::read_to_string(run.join("events.jsonl")) else { return };
+fn events(page: &mut String, run: &Path, sources: &Sources) -> Result<(), Stop> {
+    let path = run.join("events.jsonl");
+    let content = match sources.read(&path, kept::MOST_BYTES) {
+        Ok(content) => content,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => {
+            return Err(Stop::Failed(format!("{}: {error}; take it out of the directory", path.display())));
+        }
+    };
+    let text = String::from_utf8_lossy(&content);
     let all = text.lines().count();
     let _ = writeln!(page, "<details><summary>Events: {} of {all}</summary><table>", all.min(MOST_EVENTS));
     page.push_str("<tr><th>ms</th><th>body</th><th>what</th><th>figures</th></tr>\n");
@@ -205,11 +222,12 @@ fn events(page: &mut String, run: &Path) {
         let _ = writeln!(page, "<tr>{cells}</tr>");
     }
     page.push_str("</table></details>\n");
+    Ok(())
 }
 
 /// Text that is no markup.
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;").replace('\'', "&#39;")
 }
 
 #[cfg(test)]

@@ -188,6 +188,20 @@ fn vtu_files_that_swell_are_refused() {
     assert!(!is_read && taken < 1 << 30, "{taken} bytes allocated for {}", bomb.len());
 }
 
+/// Buffers of a glTF file that name one file, the file itself at that.
+#[test]
+fn a_file_that_many_buffers_name_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("b.gltf");
+    let buffers = vec!["{\"byteLength\":1,\"uri\":\"b.gltf\"}"; 12_000].join(",");
+    let text = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"buffers\":[{buffers}],\"meshes\":[],\"nodes\":[]}}");
+    std::fs::write(&path, &text).unwrap();
+    let region = Region::new(GLOBAL);
+    let refused = mesh_file::read(&path).unwrap_err().to_string();
+    let taken = region.change().bytes_allocated;
+    assert!(refused.contains("no triangles") && taken < most(text.len()), "{taken} bytes allocated: {refused}");
+}
+
 #[test]
 fn nesting_without_end_is_refused() {
     let deep = 100_000;

@@ -33,7 +33,10 @@ pub struct Document {
     origin: String,
     /// The scene file, where the text is from one.
     file: Option<PathBuf>,
-    files: Files,
+    /// Where relative paths of files begin.
+    folder: PathBuf,
+    /// Contents of files by the paths that the text names them by.
+    given: BTreeMap<PathBuf, Arc<Vec<u8>>>,
     text: String,
     overrides: Vec<(String, String)>,
 }
@@ -42,7 +45,7 @@ impl Document {
     /// A scene from text; `origin` names it in errors, files it mentions are looked for in the current directory.
     pub fn new(text: impl Into<String>, origin: impl Into<String>) -> Self {
         let (origin, text) = (origin.into(), text.into());
-        Self { origin, file: None, files: Files::default(), text, overrides: Vec::new() }
+        Self { origin, file: None, folder: PathBuf::new(), given: BTreeMap::new(), text, overrides: Vec::new() }
     }
 
     /// A scene file; files it mentions are looked for beside it.
@@ -70,8 +73,7 @@ impl Document {
         let bytes = source::read(path, MOST_BYTES).map_err(|e| refuse(format!("cannot be read: {e}"), hint))?;
         let text = String::from_utf8(bytes).map_err(|e| refuse(format!("cannot be read: {e}"), hint))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        let files = Files { folder, ..Files::default() };
-        Ok(Self { origin, file: Some(path.to_owned()), files, text, overrides: Vec::new() })
+        Ok(Self { file: Some(path.to_owned()), folder, ..Self::new(text, origin) })
     }
 
     /// A scene of the catalog.
@@ -102,7 +104,7 @@ impl Document {
     /// It goes before a file of that path.
     #[must_use]
     pub fn with_file(mut self, path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
-        self.files.given.insert(path.into(), Arc::new(bytes));
+        self.given.insert(path.into(), Arc::new(bytes));
         self
     }
 
@@ -136,9 +138,9 @@ impl Document {
         self.file.as_deref()
     }
 
-    /// The files that the scene mentions.
-    pub(super) fn files(&self) -> &Files {
-        &self.files
+    /// The files that the scene mentions, none of them read.
+    pub(super) fn files(&self) -> Files {
+        Files::new(self.folder.clone(), self.given.clone())
     }
 
     /// Understands the text.

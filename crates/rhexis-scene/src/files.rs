@@ -1,36 +1,44 @@
 //! The files that a scene mentions: in its folder, or given with its text.
 
-use rhexis::internal::source;
+use super::mesh_file::MOST_BYTES;
+use rhexis::internal::source::Sources;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Where a scene's files are found.
-#[derive(Clone, Debug, Default)]
+/// Contents of a scene's files, each read once.
+#[derive(Debug)]
 pub(super) struct Files {
     /// Where a relative path begins.
-    pub folder: PathBuf,
+    folder: PathBuf,
     /// Contents by the path that the scene names them by; they go before the folder's.
-    pub given: BTreeMap<PathBuf, Arc<Vec<u8>>>,
+    given: BTreeMap<PathBuf, Arc<Vec<u8>>>,
+    /// Contents of the folder, of [`MOST_BYTES`] together.
+    sources: Sources,
 }
 
 impl Files {
-    /// The path of a file that the scene mentions, for reading and for messages; its name alone where its content is given.
-    pub(super) fn path(&self, path: &Path) -> PathBuf {
-        if self.given.contains_key(path) { path.to_owned() } else { self.folder.join(path) }
+    pub(super) fn new(folder: PathBuf, given: BTreeMap<PathBuf, Arc<Vec<u8>>>) -> Self {
+        Self { folder, given, sources: Sources::new(MOST_BYTES) }
     }
 
-    /// A content that was given.
-    pub(super) fn given(&self, path: &Path) -> Option<Vec<u8>> {
-        self.given.get(path).map(|bytes| bytes.to_vec())
+    /// The path of a file that the scene mentions, for reading and for messages; its name alone where its content is given.
+    pub(super) fn path(&self, path: &Path) -> PathBuf {
+        if self.is_given(path) { path.to_owned() } else { self.folder.join(path) }
+    }
+
+    /// Whether the content was given with the scene's text.
+    pub(super) fn is_given(&self, path: &Path) -> bool {
+        self.given.contains_key(path)
     }
 
     /// The bytes of a file, `most` at the most.
     ///
     /// # Errors
-    /// As the file system's.
-    pub(super) fn read(&self, path: &Path, most: u64) -> io::Result<Vec<u8>> {
-        self.given(path).map_or_else(|| source::read(&self.folder.join(path), most), Ok)
+    /// As the file system's, and where all files together are larger than [`MOST_BYTES`].
+    pub(super) fn read(&self, path: &Path, most: u64) -> io::Result<Arc<Vec<u8>>> {
+        let given = self.given.get(path).cloned();
+        given.map_or_else(|| self.sources.read(&self.folder.join(path), most), Ok)
     }
 }

@@ -103,15 +103,15 @@ impl Scene {
         // Before anything of that size is made.
         Demand::announced(specs)?.files(&self.file.output, run.steps)?;
         copies::check_names(specs)?;
-        let mut demand = Demand::default();
+        let (mut demand, files) = (Demand::default(), self.document.files());
         let mut textures = Vec::new();
         for (i, spec) in specs.iter().enumerate() {
             let key = &format!("bodies.{i}");
-            let sheet = build::sheet(spec, self.document.files(), key)?;
+            let sheet = build::sheet(spec, &files, key)?;
             demand.add(spec, key, sheet.file.mesh.triangles.len() as f64)?;
             demand.files(&self.file.output, run.steps)?;
             let mesh = doctor::look(spec, &sheet.file, sheet.flattened);
-            let texture = super::texture::read(spec, &sheet.file, self.document.files(), key)?;
+            let texture = super::texture::read(spec, &sheet.file, &files, key)?;
             for name in copies::names(spec) {
                 textures.push(texture.clone());
                 let membrane = build::membrane(spec, &name, &sheet, key)?;
@@ -125,7 +125,7 @@ impl Scene {
                 meshes.push(mesh.clone());
             }
         }
-        let (obstacles, widths) = obstacle::spawn(&mut simulation, &self.file.obstacles, run, self.document.files())?;
+        let (obstacles, widths) = obstacle::spawn(&mut simulation, &self.file.obstacles, run, &files)?;
         let felt = bodies.iter().copied().zip(&meshes);
         let narrow_obstacles = obstacle::narrow(&simulation, (&obstacles, &widths), felt);
         cuts.extend(timed.too_late(run.steps, run.dt * run.steps as f64));

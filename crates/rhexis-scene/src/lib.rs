@@ -106,27 +106,27 @@ impl Scene {
 
     /// Files of meshes, fibres, values per triangle and textures that it reads, each once, but for those given with its text.
     pub fn data_files(&self) -> Vec<PathBuf> {
-        let mut files = Vec::new();
+        let (mut files, sources) = (Vec::new(), self.document.files());
         for body in &self.file.bodies {
             if let schema::MeshSpec::File(file) = &body.mesh {
-                files.push(self.document.files().path(&file.path));
+                files.push(sources.path(&file.path));
             }
             if let Some(schema::FibreSpec::File(file)) = &body.fibres {
-                files.push(self.document.files().path(file));
+                files.push(sources.path(file));
             }
-            files.extend(body.texture.iter().map(|texture| self.document.files().path(texture)));
+            files.extend(body.texture.iter().map(|texture| sources.path(texture)));
             let per_triangle = body.per_triangle.iter().flat_map(|values| values.given());
             files.extend(per_triangle.filter_map(|(_, values)| match values {
-                schema::Values::File(file) => Some(self.document.files().path(file)),
+                schema::Values::File(file) => Some(sources.path(file)),
                 _ => None,
             }));
         }
         for obstacle in &self.file.obstacles {
             if let Some(schema::MeshSpec::File(file)) = &obstacle.mesh {
-                files.push(self.document.files().path(&file.path));
+                files.push(sources.path(&file.path));
             }
         }
-        files.retain(|file| !self.document.files().given.contains_key(file));
+        files.retain(|file| !sources.is_given(file));
         files.sort();
         files.dedup();
         files

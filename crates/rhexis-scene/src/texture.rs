@@ -28,7 +28,7 @@ pub(super) fn read(spec: &BodySpec, file: &MeshFile, files: &Files, key: &str) -
         Fault::new(&key, what, "a relative path begins at the scene file's folder")
     })?;
     if bytes.starts_with(b"\x89PNG\r\n\x1a\n") || bytes.starts_with(b"\xff\xd8\xff") {
-        return Ok(Some(Arc::new(bytes)));
+        return Ok(Some(bytes));
     }
     Err(Fault::new(key, "it is neither a PNG nor a JPEG image", "save the texture as one of the two"))
 }

@@ -1,6 +1,6 @@
 //! `series.csv` of a run as columns.
 
-use crate::Stop;
+use crate::{Stop, kept};
 use std::path::Path;
 
 /// The columns of a run.
@@ -19,7 +19,7 @@ impl Table {
             let help = "give the output directory of `rhexis run`";
             Stop::Failed(format!("{}: {what}; {help}", path.display()))
         };
-        let mut reader = csv::Reader::from_path(&path).map_err(|error| failed(&error))?;
+        let mut reader = csv::Reader::from_reader(kept::open(&path).map_err(|error| failed(&error))?);
         let names: Vec<String> = reader.headers().map_err(|error| failed(&error))?.iter().map(str::to_owned).collect();
         let mut columns = vec![Vec::new(); names.len()];
         for record in reader.records() {

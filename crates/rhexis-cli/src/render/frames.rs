@@ -1,8 +1,8 @@
 //! The frames that a run has written, read back: the list (`frames.pvd`) and the bodies (`.vtu`).
 
 use super::Moment;
-use crate::Stop;
 use crate::output::read_vtu;
+use crate::{Stop, kept};
 use rhexis::frame::BodyFrame;
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,7 @@ pub(super) fn entries(run: &Path) -> Result<Vec<Entry>, Stop> {
         let help = "give a directory of `rhexis run --set output.frames=60`, or the scene itself";
         Stop::Failed(format!("{}: {what}; {help}", path.display()))
     };
-    let text = std::fs::read_to_string(&path).map_err(|error| failed(&error))?;
+    let text = kept::text(&path).map_err(|error| failed(&error))?;
     let mut entries: Vec<Entry> = Vec::new();
     for line in text.lines().filter(|line| line.trim_start().starts_with("<DataSet ")) {
         let word = |name: &str| line.split_once(&format!(" {name}=\""))?.1.split('"').next();

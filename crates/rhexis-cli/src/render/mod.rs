@@ -5,10 +5,10 @@ mod film;
 mod frames;
 mod moments;
 
-use crate::Stop;
 use crate::output::file;
 use crate::output::picture::{Look, Sheet, View};
 use crate::say::say;
+use crate::{Stop, kept, outputs};
 use clap::Args;
 use film::Picture;
 use moments::Wanted;
@@ -176,6 +176,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Stop> {
     let sheet = sheet(args, &moments)?;
     let (kind, default) = kind(args, &moments);
     let out = args.out.clone().unwrap_or_else(|| home.join(default));
+    if kind != Kind::Frames {
+        outputs::spare(&out, b"\x89PNG\r\n\x1a\n", "picture")?;
+    }
     let folder = if kind == Kind::Frames { Some(out.as_path()) } else { out.parent() };
     if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(|error| {
@@ -215,7 +218,7 @@ fn wanted(args: &RenderArgs) -> Wanted {
 
 /// What a run's directory calls its scene.
 fn name_of(run: &Path) -> String {
-    let text = std::fs::read_to_string(run.join("report.json")).unwrap_or_default();
+    let text = kept::text(&run.join("report.json")).unwrap_or_default();
     let report: Option<serde_json::Value> = serde_json::from_str(&text).ok();
     let named = report.and_then(|report| report["scene"].as_str().map(str::to_owned));
     named.unwrap_or_else(|| run.file_name().unwrap_or_default().to_string_lossy().into_owned())

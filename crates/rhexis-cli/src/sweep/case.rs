@@ -4,7 +4,7 @@ use super::plan::Plan;
 use super::record::Record;
 use crate::inputs::Inputs;
 use crate::interrupt::Interrupt;
-use crate::{RunArgs, SceneArgs, Stop, checkpoint, run};
+use crate::{RunArgs, SceneArgs, Stop, checkpoint, kept, run};
 use rhexis::internal::fingerprint;
 use rhexis_scene::{Document, Scene};
 use serde_json::Value;
@@ -144,6 +144,6 @@ fn report(folder: &Path) -> Result<Value, Stop> {
     let failed = |what: &dyn std::fmt::Display| {
         Stop::Failed(format!("{}: {what}; make room, or choose another --out", path.display()))
     };
-    let text = std::fs::read_to_string(&path).map_err(|error| failed(&error))?;
+    let text = kept::text(&path).map_err(|error| failed(&error))?;
     serde_json::from_str(&text).map_err(|error| failed(&error))
 }

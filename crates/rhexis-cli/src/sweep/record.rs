@@ -1,8 +1,8 @@
 //! What is kept of a case that has ended: a line of `cases.jsonl`.
 
 use super::measures::measures;
-use crate::Stop;
 use crate::journal::Journal;
+use crate::{Stop, kept};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -66,14 +66,9 @@ impl Record {
 pub(super) fn open(folder: &Path) -> Result<(BTreeMap<String, Record>, Journal), Stop> {
     let path = folder.join(NAME);
     let failed = |error: std::io::Error| Stop::Failed(format!("cannot open {}: {error}", path.display()));
-    let records = read(folder)?;
-    if !path.exists() {
-        return Ok((records, Journal::create(&path).map_err(failed)?));
-    }
-    let text = std::fs::read(&path).map_err(failed)?;
-    // A line that was being written when the program was killed.
-    let whole = text.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
-    Ok((records, Journal::resume(&path, whole as u64).map_err(failed)?))
+    let (records, whole) = read_whole(folder)?;
+    let journal = if path.exists() { Journal::resume(&path, whole) } else { Journal::create(&path) };
+    Ok((records, journal.map_err(failed)?))
 }
 
 /// The records of a directory, none where there is no file yet.
@@ -81,10 +76,15 @@ pub(super) fn open(folder: &Path) -> Result<(BTreeMap<String, Record>, Journal),
 /// # Errors
 /// As [`open`].
 pub(super) fn read(folder: &Path) -> Result<BTreeMap<String, Record>, Stop> {
+    read_whole(folder).map(|(records, _)| records)
+}
+
+/// The records of a directory and the length of their lines, without one that was being written when the program was killed.
+fn read_whole(folder: &Path) -> Result<(BTreeMap<String, Record>, u64), Stop> {
     let path = folder.join(NAME);
-    let text = match std::fs::read_to_string(&path) {
+    let text = match kept::text(&path) {
         Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(BTreeMap::new()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok((BTreeMap::new(), 0)),
         Err(error) => return Err(Stop::Failed(format!("cannot read {}: {error}", path.display()))),
     };
     let whole = text.rfind('\n').map_or(0, |at| at + 1);
@@ -98,5 +98,5 @@ pub(super) fn read(folder: &Path) -> Result<BTreeMap<String, Record>, Stop> {
         })?;
         records.insert(record.key.clone(), record);
     }
-    Ok(records)
+    Ok((records, whole as u64))
 }

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::decoration::Decoration;
 use super::polygon;
+use crate::files::Files;
 
 /// How the corners of a cell make triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,8 +148,8 @@ pub(super) struct Wanted<'a> {
     pub names: Vec<&'a str>,
     /// Whether the usual names of fibres count as asked for.
     pub fibres: bool,
-    /// Where the file lies, for what it keeps in others.
-    pub folder: Option<&'a Path>,
+    /// The file's path and the files beside it, where it may keep data in those.
+    pub beside: Option<(&'a Path, &'a Files)>,
 }
 
 /// The names by which programs call fibre directions, in lower case.

@@ -1,8 +1,9 @@
 //! glTF 2.0, binary (.glb) and as text (.gltf), by `gltf-json`: triangles, strips and fans of all meshes in the scene.
 
-use std::borrow::Cow;
-use std::collections::BTreeSet;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path};
+use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -14,8 +15,8 @@ use gltf_json::{Index, Mesh, Node, Root};
 
 use super::draft::{Draft, Origin, Shape, Wanted};
 use super::fault::Fault;
+use crate::files::Files;
 use rhexis::components::Channel;
-use rhexis::internal::source;
 
 /// Vertices and corners per byte of file that nodes may make of shared meshes.
 const MOST_SHARING: usize = 4;
@@ -31,13 +32,17 @@ pub(super) fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
         let what = format!("the file needs the extension {needed}, which is not read; export it without compression");
         return Err(Fault::new(what));
     }
-    let mut file = File { root: &root, binary, folder: wanted.folder, buffers: Vec::new(), budget: 0 };
-    for buffer in &root.buffers {
-        let content = file.buffer(buffer.uri.as_deref())?;
-        file.budget += MOST_SHARING * content.len().min(super::MOST_BYTES as usize);
-        file.buffers.push(content);
+    // However many buffers share it, a content is read and counted once.
+    let mut contents = BTreeMap::new();
+    for uri in root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref()) {
+        if let Entry::Vacant(place) = contents.entry(uri) {
+            place.insert(content(uri, wanted.beside)?);
+        }
     }
-    file.budget += MOST_SHARING * size;
+    let bytes_of = |uri: &str| contents.get(uri).map_or(&[][..], |content| content.as_slice());
+    let buffers = root.buffers.iter().map(|buffer| buffer.uri.as_deref().map_or(binary.unwrap_or_default(), bytes_of));
+    let budget = MOST_SHARING * (size + contents.values().map(|content| content.len()).sum::<usize>());
+    let mut file = File { root: &root, buffers: buffers.collect(), budget };
     let mut draft = Draft { is_soup: true, origin: Origin::Number("triangle"), ..Draft::default() };
     let scene = root.scene.map_or(0, |scene| scene.value());
     let tops: Vec<usize> = match root.scenes.get(scene) {
@@ -121,30 +126,28 @@ fn components_of(kind: Type) -> usize {
 
 struct File<'a> {
     root: &'a Root,
-    binary: Option<&'a [u8]>,
-    folder: Option<&'a Path>,
-    buffers: Vec<Cow<'a, [u8]>>,
+    buffers: Vec<&'a [u8]>,
     /// Vertices and corners that may still be made.
     budget: usize,
 }
 
-impl<'a> File<'a> {
-    fn buffer(&self, uri: Option<&str>) -> Result<Cow<'a, [u8]>, Fault> {
-        let Some(uri) = uri else { return Ok(Cow::Borrowed(self.binary.unwrap_or_default())) };
-        if let Some((_, text)) = uri.strip_prefix("data:").and_then(|rest| rest.split_once("base64,")) {
-            let what = "a buffer is no base64 text; export the file again";
-            return STANDARD.decode(text).map(Cow::Owned).map_err(|_| Fault::new(what));
-        }
-        let path = Path::new(uri);
-        let is_beside = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-        let Some(folder) = self.folder.filter(|_| is_beside && !uri.contains(':')) else {
-            return Err(Fault::new(format!("the buffer {uri:?} lies elsewhere; export one .glb file")));
-        };
-        let read = source::read(&folder.join(path), super::MOST_BYTES);
-        read.map(Cow::Owned)
-            .map_err(|error| Fault::new(format!("cannot read the buffer {uri:?}: {error}; export one .glb file")))
+/// Content of a buffer that the file names or holds as text.
+fn content(uri: &str, beside: Option<(&Path, &Files)>) -> Result<Arc<Vec<u8>>, Fault> {
+    if let Some((_, text)) = uri.strip_prefix("data:").and_then(|rest| rest.split_once("base64,")) {
+        let what = "a buffer is no base64 text; export the file again";
+        return STANDARD.decode(text).map(Arc::new).map_err(|_| Fault::new(what));
     }
+    let path = Path::new(uri);
+    let is_beside = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    let Some((file, files)) = beside.filter(|_| is_beside && !uri.contains(':')) else {
+        return Err(Fault::new(format!("the buffer {uri:?} lies elsewhere; export one .glb file")));
+    };
+    files
+        .read(&file.with_file_name(path), super::MOST_BYTES)
+        .map_err(|error| Fault::new(format!("cannot read the buffer {uri:?}: {error}; export one .glb file")))
+}
 
+impl File<'_> {
     fn mesh(&mut self, mesh: &Mesh, name: Option<&str>, placed: DMat4, draft: &mut Draft) -> Result<(), Fault> {
         let first_of_mesh = draft.positions.len();
         for primitive in &mesh.primitives {

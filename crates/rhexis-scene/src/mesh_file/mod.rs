@@ -27,8 +27,10 @@ mod vtk_legacy;
 mod vtk_xml;
 mod weld;
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -46,7 +48,7 @@ pub(crate) use weld::coincident;
 /// The extensions [`read`] knows, in any case of letters.
 pub const EXTENSIONS: [&str; 10] = ["obj", "msh", "vtu", "vtk", "ply", "stl", "vtp", "off", "glb", "gltf"];
 
-/// The largest mesh or fibre file that is read \[bytes\]: ten times what the largest mesh of a scene takes as text.
+/// The largest mesh or fibre file that is read, and the most of all files of a scene together \[bytes\]: ten times what the largest mesh takes as text.
 pub const MOST_BYTES: u64 = 1 << 30;
 
 /// Why a mesh or fibre file is refused.
@@ -150,13 +152,21 @@ impl MeshFile {
         if names.is_empty() { "it has no arrays".into() } else { format!("it has {}", names.join(", ")) }
     }
 
+    /// The array of this name.
+    ///
+    /// # Errors
+    /// In words, where there is no such array.
+    pub(crate) fn array(&self, name: &str) -> Result<&Array, String> {
+        let array = self.arrays.iter().find(|array| array.name == name);
+        array.ok_or_else(|| format!("the mesh has no array {name:?}: {}", self.array_names()))
+    }
+
     /// The numbers of the array of this name for each triangle, by rows, with how many they are a row: points are averaged.
     ///
     /// # Errors
     /// In words, where there is no such array.
     pub fn per_triangle(&self, name: &str) -> Result<(Vec<f64>, usize), String> {
-        let array = self.arrays.iter().find(|array| array.name == name);
-        let array = array.ok_or_else(|| format!("the mesh has no array {name:?}: {}", self.array_names()))?;
+        let array = self.array(name)?;
         let components = array.components;
         let at = |row: u32, component: usize| array.values[row as usize * components + component];
         let values = match array.on {
@@ -186,9 +196,7 @@ pub fn read(path: &Path) -> Result<TriangleMesh, MeshFileError> {
 /// # Errors
 /// As [`read`].
 pub fn read_with(path: &Path, reading: &Reading) -> Result<MeshFile, MeshFileError> {
-    // Known before a file of any size is read.
-    format(path)?;
-    parse(path, bytes(path)?, path.parent(), reading)
+    mesh_of(&Files::new(PathBuf::new(), BTreeMap::new()), path, reading)
 }
 
 /// A grid of triangles as its file has it: nothing is joined, turned or dropped.
@@ -231,9 +239,14 @@ pub fn from_bytes_with(name: &Path, bytes: Vec<u8>, reading: &Reading) -> Result
     parse(name, bytes, None, reading)
 }
 
-fn parse(name: &Path, bytes: Vec<u8>, folder: Option<&Path>, reading: &Reading) -> Result<MeshFile, MeshFileError> {
+fn parse(
+    name: &Path,
+    bytes: Vec<u8>,
+    beside: Option<(&Path, &Files)>,
+    reading: &Reading,
+) -> Result<MeshFile, MeshFileError> {
     let names = reading.arrays.iter().chain(&reading.fibres).map(String::as_str).collect();
-    let wanted = Wanted { names, fibres: reading.fibres.is_none(), folder };
+    let wanted = Wanted { names, fibres: reading.fibres.is_none(), beside };
     let read = format(name)?;
     let draft =
         encoding::unwrapped(bytes).and_then(|bytes| read(bytes, &wanted)).map_err(|fault| malformed(name, fault))?;
@@ -288,20 +301,26 @@ fn parse_rows(name: &Path, bytes: Vec<u8>) -> Result<Vec<(usize, Vec<f64>)>, Mes
 
 /// The surface in a file that a scene mentions.
 pub(crate) fn mesh_of(files: &Files, path: &Path, reading: &Reading) -> Result<MeshFile, MeshFileError> {
-    match files.given(path) {
-        Some(bytes) => from_bytes_with(path, bytes, reading),
-        None => read_with(&files.path(path), reading),
-    }
+    let name = files.path(path);
+    // Known before a file of any size is read.
+    format(&name)?;
+    let beside = (!files.is_given(path)).then_some((path, files));
+    parse(&name, content(files, path)?, beside, reading)
 }
 
 /// The fibres in a file that a scene mentions.
 pub(crate) fn fibres_of(files: &Files, path: &Path) -> Result<Vec<DVec3>, MeshFileError> {
-    files.given(path).map_or_else(|| read_fibres(&files.path(path)), |bytes| parse_fibres(path, bytes))
+    parse_fibres(&files.path(path), content(files, path)?)
 }
 
 /// The rows of numbers in a file that a scene mentions.
 pub(crate) fn rows_of(files: &Files, path: &Path) -> Result<Vec<(usize, Vec<f64>)>, MeshFileError> {
-    files.given(path).map_or_else(|| read_rows(&files.path(path)), |bytes| parse_rows(path, bytes))
+    parse_rows(&files.path(path), content(files, path)?)
+}
+
+fn content(files: &Files, path: &Path) -> Result<Vec<u8>, MeshFileError> {
+    let read = files.read(path, MOST_BYTES).map(Arc::unwrap_or_clone);
+    read.map_err(|source| MeshFileError::Unreadable { path: files.path(path), source })
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>, MeshFileError> {
