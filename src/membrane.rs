@@ -6,9 +6,11 @@ use crate::components::check::{Check, Host, number, positive};
 use crate::components::{
     Bending, Body, Fibres, Hold, Holds, HolzapfelGasserOgden, Material, Planar, Refinement, Tearing,
 };
-use crate::math::{RestTriangle, Sym2};
+use crate::math::{RestTriangle, Sym2, is_direction};
 use crate::registry::{check_changed, complete};
-use crate::storage::{Broken, Mesh, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure};
+use crate::storage::{
+    Broken, Mesh, MeshError, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure,
+};
 use glam::DVec3;
 use hecs::{EntityBuilder, EntityBuilderClone};
 use std::sync::Arc;
@@ -264,6 +266,10 @@ impl Membrane {
                 (None, Some(list)) => list[t],
                 (None, None) => DVec3::X,
             };
+            // On the axis of concentric fibres there is none, and an edge takes its place.
+            if direction != DVec3::ZERO && !is_direction(direction) {
+                return Err(MeshError::BadFibre { triangle: t, fibre: direction }.into());
+            }
             let normal = (x[1] - x[0]).cross(x[2] - x[0]).normalize_or_zero();
             let fibre = RestTriangle::axis(normal, direction, x[1] - x[0]);
             let rest = RestTriangle::new(x, fibre).ok_or(Broken::RestArea { triangle: t as u32 })?;

@@ -1,6 +1,7 @@
 //! How a component is judged: by one check in its own file, wherever it comes in.
 
 use super::BodyError;
+use crate::math::MAX_COORDINATE;
 use crate::storage::{Topology, Triangles, Vertices};
 
 /// More of anything than a run can count to: beyond, a sum would run over.
@@ -78,6 +79,21 @@ pub(crate) fn finite(
     values: impl IntoIterator<Item = f64>,
 ) -> Result<(), BodyError> {
     values.into_iter().try_for_each(|value| number(component, what, value, (value.is_finite(), "it must be finite")))
+}
+
+/// Judges all parts of a place or a strain, whose powers are taken.
+pub(crate) fn place(
+    component: &'static str,
+    what: &'static str,
+    values: impl IntoIterator<Item = f64>,
+) -> Result<(), BodyError> {
+    let is_right = |value: f64| (value.abs() <= MAX_COORDINATE, "it must be at most 1e75 in size");
+    values.into_iter().try_for_each(|value| number(component, what, value, is_right(value)))
+}
+
+/// Judges a length.
+pub(crate) fn length(component: &'static str, what: &'static str, value: f64) -> Result<(), BodyError> {
+    number(component, what, value, (value > 0.0 && value <= MAX_COORDINATE, "it must be positive, and at most 1e75"))
 }
 
 /// Adds a vertex row to an out-of-range error.

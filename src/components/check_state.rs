@@ -2,7 +2,7 @@
 
 use super::check::{Check, Host, MOST_COUNTED};
 use super::{Body, BodyError, EnergyAudit, Increment, Planar, Reactions, Refined, TearDecisions, TearLog};
-use crate::math::Sym2;
+use crate::math::{MAX_COORDINATE, Sym2};
 use crate::storage::{Broken, NONE, Tips, Topology, Triangles, Vertices};
 
 fn misaligned(table: &'static str, column: Option<&'static str>) -> Result<(), BodyError> {
@@ -69,8 +69,8 @@ impl Check for Triangles {
             let is_strong = is_strong(self.strength[t]) && is_strong(self.toughness[t]);
             must("Triangles", is_strong, "the strength or toughness of a triangle is not positive and finite")?;
             let Sym2 { xx, yy, xy } = self.pre_stretch[t];
-            let is_held = [xx, yy, xy].iter().all(|strain| strain.is_finite());
-            must("Triangles", is_held, "the pre-stretch of a triangle is not finite")?;
+            let is_held = [xx, yy, xy].iter().all(|strain| strain.abs() <= MAX_COORDINATE);
+            must("Triangles", is_held, "the pre-stretch of a triangle is not finite, or above 1e75")?;
         }
         Ok(())
     }

@@ -19,6 +19,19 @@ mod sym2;
 mod sym3;
 mod triangle;
 
+/// Maximum size of a coordinate \[mm\] or strain that is given: its fourth power is a number.
+pub(crate) const MAX_COORDINATE: f64 = 1e75;
+
+/// Whether no part of a vector is above [`MAX_COORDINATE`] in size.
+pub(crate) fn is_place(v: glam::DVec3) -> bool {
+    v.to_array().iter().all(|part| part.abs() <= MAX_COORDINATE)
+}
+
+/// Whether a vector has a direction: it is neither too short nor too long for squares.
+pub(crate) fn is_direction(v: glam::DVec3) -> bool {
+    (1.0 / MAX_COORDINATE..=MAX_COORDINATE).contains(&v.length())
+}
+
 #[doc(hidden)]
 pub use element::{ElementState, FlatState, GeometricStiffness, Polar};
 #[doc(hidden)]

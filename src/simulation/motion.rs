@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::components::{EnergyAudit, Hold, HoldGuides, HoldTurns, Holds, Increment, Planar};
 use crate::event::WokenBy;
+use crate::math::is_place;
 use crate::registry::Rejected;
 use crate::replay::Input;
 use crate::storage::{BodyId, Vertices};
@@ -15,8 +16,8 @@ pub enum MotionError {
     /// There is no such body.
     #[error("there is no such body")]
     NoSuchBody,
-    /// A rotation, translation or velocity that is not finite, or a velocity whose energy is not.
-    #[error("a rotation, translation or velocity, or its energy, is not finite")]
+    /// A rotation, translation or velocity that is not finite, a velocity whose energy is not, or a place beyond 1e75 mm.
+    #[error("a rotation, translation or velocity, or its energy, is not finite, or the place is beyond 1e75 mm")]
     NotFinite,
     /// A hold that would draw the body back at once.
     #[error("`{0}` holds the body along a curve: let its vertices go, or pin them instead")]
@@ -53,7 +54,8 @@ impl Simulation {
         self.validate_dirty()?;
         let found = self.world.query_one_mut::<Query>(body.entity()).map_err(|_| MotionError::NoSuchBody)?;
         let ((vertices, increment, mut holds), (planar, audit, turns, guides)) = found;
-        if !(rotation.is_finite() && rotation.length_squared() > 0.0 && shift.is_finite()) {
+        // A square that is a normal number has a root that scales.
+        if !(rotation.length_squared().is_normal() && is_place(shift)) {
             return Err(MotionError::NotFinite);
         }
         let rotation = rotation.normalize();
@@ -77,6 +79,9 @@ impl Simulation {
             // A turn about z may round z.
             if is_planar { to.with_z(x.z) } else { to }
         };
+        if !vertices.position.iter().all(|&x| is_place(moved(x))) {
+            return Err(MotionError::NotFinite);
+        }
         vertices.position.iter_mut().for_each(|x| *x = moved(*x));
         vertices.velocity.iter_mut().for_each(|v| *v = rotation * *v);
         increment.displacement.iter_mut().for_each(|u| *u = rotation * *u);

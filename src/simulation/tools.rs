@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::components::{Body, Forceps, Grasp, Grips, Jaws, Motion, Pinch, Pose};
 use crate::event::WokenBy;
+use crate::math::is_place;
 use crate::registry::{Rejected, complete_in};
 use crate::replay::Input;
 use crate::storage::{BodyId, ForcepsId, Topology, Triangles, Vertices};
@@ -39,7 +40,7 @@ pub enum ToolError {
     },
     /// A pose or a duration that is not finite, or an orientation that is no rotation.
     #[error(
-        "forceps `{name}` were given a pose that is no rigid motion: finite numbers, a unit quaternion, and a duration of zero or more"
+        "forceps `{name}` were given a pose that is no rigid motion: a place within 1e75 mm, a unit quaternion, and a duration of zero or more"
     )]
     BadPose {
         /// Their name.
@@ -80,7 +81,7 @@ impl Simulation {
     pub fn spawn_forceps(&mut self, name: &str, jaws: Jaws, pose: Pose) -> Result<ForcepsId, ToolError> {
         self.note(|| Input::SpawnForceps { name: name.to_owned(), jaws, pose });
         let name = name.to_owned();
-        if !pose.is_sound() {
+        if !(pose.is_sound() && is_place(pose.position)) {
             return Err(ToolError::BadPose { name });
         }
         if let Err((what, value, must)) = jaws.check() {
@@ -112,7 +113,7 @@ impl Simulation {
         self.note(|| Input::MoveForceps { forceps, pose, within });
         let now = self.report.time;
         let tool = self.world.query_one_mut::<&mut Forceps>(forceps.entity()).map_err(|_| ToolError::NoSuchForceps)?;
-        if !(pose.is_sound() && within >= 0.0 && (now + within).is_finite()) {
+        if !(pose.is_sound() && is_place(pose.position) && within >= 0.0 && (now + within).is_finite()) {
             return Err(ToolError::BadPose { name: tool.name.clone() });
         }
         let motion = Motion { from: tool.motion.at(now), to: pose, start: now, end: now + within };

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::mesh_error::MOST_AT_VERTEX;
 use super::{MeshError, NONE};
+use crate::math::{is_direction, is_place};
 
 /// Below this ratio of smallest altitude to longest edge a triangle counts as degenerate: its shape-function gradients have
 /// lost more than half the digits of an `f64` by then.
@@ -134,7 +135,7 @@ impl TriangleMesh {
                 return Err(MeshError::TooLarge { what, count });
             }
         }
-        match self.positions.iter().position(|p| !p.is_finite()) {
+        match self.positions.iter().position(|&p| !is_place(p)) {
             Some(vertex) => Err(MeshError::NonFinitePosition { vertex, position: self.positions[vertex] }),
             None => Ok(()),
         }
@@ -210,7 +211,7 @@ impl TriangleMesh {
         if fibres.len() != self.triangles.len() {
             return Err(MeshError::FibreCount { fibres: fibres.len(), triangles: self.triangles.len() });
         }
-        match fibres.iter().position(|fibre| !fibre.is_finite() || *fibre == DVec3::ZERO) {
+        match fibres.iter().position(|&fibre| !is_direction(fibre)) {
             Some(triangle) => Err(MeshError::BadFibre { triangle, fibre: fibres[triangle] }),
             None => Ok(()),
         }

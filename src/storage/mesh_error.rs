@@ -31,8 +31,8 @@ pub enum MeshError {
         /// How many there are.
         count: usize,
     },
-    /// A coordinate is NaN or infinite.
-    #[error("vertex {vertex} has the non-finite position {position}; give three finite numbers")]
+    /// A coordinate is NaN, or above 1e75 in size.
+    #[error("vertex {vertex} has the position {position}; give three numbers of at most 1e75 in size")]
     NonFinitePosition {
         /// The vertex.
         vertex: usize,
@@ -152,7 +152,9 @@ pub enum MeshError {
         triangles: usize,
     },
     /// A fibre without direction.
-    #[error("the fibre {fibre} of triangle {triangle} has no direction; give three finite numbers, not all zero")]
+    #[error(
+        "the fibre {fibre} of triangle {triangle} has no direction; give three numbers, not all zero, of a length from 1e-75 to 1e75"
+    )]
     BadFibre {
         /// The triangle.
         triangle: usize,

@@ -1,13 +1,15 @@
 //! What reaches the engine is judged wherever it comes in: at spawning, by `set`, and at the next call after it was written past them.
 
-use glam::DVec3;
+use glam::{DMat3, DQuat, DVec3};
 use rhexis::components::*;
 use rhexis::generate;
+use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::schedule::Place;
 use rhexis::settings::Settings;
-use rhexis::simulation::{Grasp, SetError, Simulation};
-use rhexis::storage::{Attached, BodyId, Topology, Triangles, VertexKey, Vertices};
+use rhexis::simulation::{Grasp, MotionError, SetError, Simulation, Solid};
+use rhexis::storage::{Attached, BodyId, Topology, TriangleMesh, Triangles, VertexKey, Vertices};
+use std::sync::Arc;
 
 pub(super) const NAN: DVec3 = DVec3::NAN;
 /// The sheet has 20 vertices.
@@ -379,4 +381,69 @@ fn a_system_that_writes_what_is_refused_ends_the_step_with_the_last_state_standi
         s.set(body, springs(3, 0.01)).unwrap();
         assert!(!s.step(1.0).unwrap().has_failed);
     }
+}
+
+/// Numbers whose squares or products are none are refused where they come in.
+#[test]
+fn places_and_strains_beyond_powers_are_refused_where_they_come_in() {
+    for size in [1e76, 1e154, 1e155, 1e307, f64::MAX, f64::INFINITY, f64::NAN] {
+        let far = DVec3::new(0.0, size, 0.0);
+        let mut s = simulation();
+        let mut mesh = generate::grid(4.0, 3.0, 4, 3).unwrap();
+        mesh.positions[7].x = size;
+        let refused = s.spawn(Membrane::new("sheet", mesh, Material::allard_2009())).unwrap_err().to_string();
+        assert!(refused.contains("vertex 7") && refused.contains("at most 1e75"), "{refused}");
+        for (what, solid) in [
+            ("a point of the plane", Solid::new(Shape::Plane { point: far, normal: DVec3::Z })),
+            ("centre", Solid::new(Shape::Sphere { centre: far, radius: 1.0 })),
+            ("radius", Solid::new(sphere(size))),
+            ("end", Solid::new(Shape::Capsule { ends: [DVec3::ZERO, far], radius: 1.0 })),
+            ("end", Solid::new(Shape::Cylinder { ends: [DVec3::ZERO, far], radius: 1.0 })),
+            (
+                "half edge",
+                Solid::new(Shape::Box { centre: DVec3::ZERO, half: DVec3::splat(size), axes: DMat3::IDENTITY }),
+            ),
+            ("a point of the path", Solid::new(sphere(1.0)).path(Path { points: vec![(0.0, far)] })),
+        ] {
+            let refused = s.spawn_obstacle(solid).unwrap_err().to_string();
+            assert!(refused.contains(what) && refused.contains("at most 1e75"), "{size}: {refused}");
+        }
+        let (mut s, body) = drawn();
+        let held = PreStretch { strain: Sym2::new(size, 0.0, 0.0) };
+        let refused = s.set(body.entity(), held).unwrap_err().to_string();
+        assert!(refused.contains("`sheet`") && refused.contains("strain") && refused.contains("1e75"), "{refused}");
+        s.unset::<Holds>(body.entity()).unwrap();
+        let places = |s: &Simulation| s.world().get::<&Vertices>(body.entity()).unwrap().position.clone();
+        let before = places(&s);
+        assert!(s.teleport(body, DQuat::IDENTITY, far).is_err() && places(&s) == before, "{size}");
+        assert!(s.spawn_forceps("jaws", Jaws::default(), Pose::at(far)).is_err(), "{size}");
+    }
+    // Many ways of which each alone would do.
+    let (mut s, body) = drawn();
+    s.unset::<Holds>(body.entity()).unwrap();
+    let way = DVec3::X * 4e74;
+    assert!(s.teleport(body, DQuat::IDENTITY, way).is_ok() && s.teleport(body, DQuat::IDENTITY, way).is_ok());
+    assert_eq!(s.teleport(body, DQuat::IDENTITY, way), Err(MotionError::NotFinite));
+    for scale in [1e-200, 1e-160, 1e160, 1e200] {
+        assert!(s.teleport(body, DQuat::from_rotation_z(0.3) * scale, DVec3::ZERO).is_err(), "{scale}");
+    }
+}
+
+/// A direction too short or too long for squares would silently become that of an edge.
+#[test]
+fn fibres_without_a_direction_are_refused() {
+    for fibre in [DVec3::X * 1e-308, DVec3::X * 1e-160, DVec3::X * 1e160, DVec3::X * 1e308, NAN] {
+        let list = vec![fibre; 24];
+        for fibres in
+            [Fibres::Uniform(fibre), Fibres::PerTriangle(list.clone()), Fibres::Function(Arc::new(move |_| fibre))]
+        {
+            let refused = simulation().spawn(sheet().fibres(fibres)).unwrap_err().to_string();
+            assert!(refused.contains("triangle 0") && refused.contains("no direction"), "{fibre}: {refused}");
+        }
+        let mesh = TriangleMesh { fibres: Some(list), ..generate::grid(4.0, 3.0, 4, 3).unwrap() };
+        let refused = simulation().spawn(Membrane::new("sheet", mesh, Material::allard_2009())).unwrap_err();
+        assert!(refused.to_string().contains("no direction"), "{fibre}: {refused}");
+    }
+    // There is none at the axis of circles.
+    simulation().spawn(sheet().fibres(Fibres::PerTriangle(vec![DVec3::ZERO; 24]))).unwrap();
 }

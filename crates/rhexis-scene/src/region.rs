@@ -106,11 +106,13 @@ impl<'a> Surface<'a> {
         let ArrayRangeSpec { name, value } = array;
         let refuse =
             |what: String| Fault::new(format!("{key}.array.name"), what, "name an array with one number a row");
-        let found = self.file.arrays.iter().find(|array| array.name == *name);
-        let missing = || refuse(format!("the mesh has no array {name:?}: {}", self.file.array_names()));
-        let Array { on, components, values, .. } = found.ok_or_else(missing)?;
+        let Array { on, components, values, .. } = self.file.array(name).map_err(refuse)?;
         if *components != 1 {
             return Err(refuse(format!("the array {name:?} has {components} numbers a row, not 1")));
+        }
+        if let Some(row) = values.iter().position(|number| number.is_nan()) {
+            let on = if *on == On::Points { "point" } else { "triangle" };
+            return Err(refuse(format!("the array {name:?} is NaN at {on} {row}")));
         }
         let is_one = |number: &f64| value.contains(*number, 0.0);
         Ok(match on {
@@ -204,7 +206,8 @@ mod tests {
         let array = |name: &str, on, values: Vec<f64>| Array { name: name.into(), on, components: 1, values };
         let arrays = vec![
             array("part", On::Cells, vec![1.0, 1.0, 2.0, 2.0]),
-            array("height", On::Points, vec![0.0, 1.0, 2.0, 3.0, 4.0, f64::NAN]),
+            array("height", On::Points, vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0]),
+            array("holed", On::Points, vec![0.0, 1.0, 2.0, 3.0, 4.0, f64::NAN]),
         ];
         let groups = vec![("inlet".to_owned(), vec![0, 3]), ("outlet".to_owned(), vec![2, 5])];
         let file = MeshFile { mesh, arrays, groups, ..MeshFile::default() };
@@ -235,7 +238,9 @@ mod tests {
         let fault = rows("group = 'inlett'").unwrap_err();
         assert!(fault.what.contains("it has \"inlet\", \"outlet\"") && fault.hint.contains("\"inlet\""), "{fault:?}");
         let fault = rows("array = { name = 'x', value = 1 }").unwrap_err();
-        assert!(fault.what.contains("it has \"part\", \"height\""), "{}", fault.what);
+        assert!(fault.what.contains("it has \"part\", \"height\", \"holed\""), "{}", fault.what);
+        let fault = rows("array = { name = 'holed', value = 1 }").unwrap_err();
+        assert_eq!(fault.what, "the array \"holed\" is NaN at point 5");
     }
 
     #[test]

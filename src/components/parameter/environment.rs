@@ -2,7 +2,7 @@
 
 use crate::components::BodyError;
 use crate::components::Curve;
-use crate::components::check::{Check, Host, finite, not_negative};
+use crate::components::check::{Check, Host, finite, not_negative, place};
 use crate::math::{HolzapfelGasserOgden, StiffeningFibres, Sym2};
 use glam::DVec3;
 
@@ -80,7 +80,7 @@ impl Check for Drag {
 
 impl Check for PreStretch {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        finite("PreStretch", "strain", [self.strain.xx, self.strain.yy, self.strain.xy])
+        place("PreStretch", "strain", [self.strain.xx, self.strain.yy, self.strain.xy])
     }
 }
 

@@ -1,7 +1,7 @@
 //! Grips of a body: forceps by script, which close at one time, follow a hand path and open.
 
 use crate::components::BodyError;
-use crate::components::check::{Check, Host, MOST_COUNTED, at_row, finite, number};
+use crate::components::check::{Check, Host, MOST_COUNTED, at_row, finite, number, place};
 use crate::components::{Jaws, Pinch, Pose};
 use glam::DVec3;
 
@@ -122,7 +122,8 @@ impl Path {
     /// Judges it as a part of a component.
     pub(crate) fn check(&self, component: &'static str) -> Result<(), BodyError> {
         for (time, position) in &self.points {
-            finite(component, "a point of the path", [*time, position.x, position.y, position.z])?;
+            finite(component, "a time of the path", [*time])?;
+            place(component, "a point of the path", position.to_array())?;
         }
         let descends = |pair: &&[(f64, DVec3)]| pair[1].0 < pair[0].0;
         self.points.windows(2).find(descends).map_or(Ok(()), |pair| {
@@ -142,11 +143,11 @@ impl Grip {
         for (what, time) in [("time of a grasp", self.from), ("time of a release", self.until)] {
             number("Grips", what, time, (!time.is_nan(), "it must be a time, or infinite"))?;
         }
-        finite("Grips", "material point", self.material_point.to_array())?;
+        place("Grips", "material point", self.material_point.to_array())?;
         if let Some(near) = &self.near_tip {
-            finite("Grips", "distance from the tip", [near.behind, near.left])?;
+            place("Grips", "distance from the tip", [near.behind, near.left])?;
             let directions = near.axis.to_array().into_iter().chain(near.heading.to_array());
-            finite("Grips", "axis or heading at the tip", directions)?;
+            place("Grips", "axis or heading at the tip", directions)?;
         }
         self.path.check("Grips")
     }
@@ -164,8 +165,8 @@ impl Check for Grips {
         }
         for pinch in &self.pinches {
             host.rows("Grips", || format!("grip `{}`", pinch.name), pinch.held.rows())?;
-            for (&row, place) in pinch.held.rows().iter().zip(pinch.held.values()) {
-                finite("Grips", "place in the jaws", place.to_array()).map_err(at_row(row))?;
+            for (&row, held) in pinch.held.rows().iter().zip(pinch.held.values()) {
+                finite("Grips", "place in the jaws", held.to_array()).map_err(at_row(row))?;
             }
             pinch.jaws.validate("Grips")?;
             pinch.motion.validate("Grips")?;

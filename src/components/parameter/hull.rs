@@ -4,7 +4,7 @@
 //! an edge the sum of both normals, and at a vertex the sum weighted by angles. Boxes around triangles, halved by their middles,
 //! lead to the nearest one.
 
-use crate::math::nearest_in_triangle;
+use crate::math::{is_place, nearest_in_triangle};
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 use std::collections::BTreeMap;
@@ -59,8 +59,8 @@ struct Bounds {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum HullError {
-    /// A triangle without area, or with a corner that is not there.
-    #[error("triangle {0} has no area or a corner that is not there")]
+    /// A triangle without area, or with a corner that is not there or beyond 1e75 mm.
+    #[error("triangle {0} has no area, or a corner that is not there or beyond 1e75 mm")]
     BadTriangle(usize),
     /// Edges with one triangle, or with more than two.
     #[error("the surface is not closed: {0} edges have not two triangles")]
@@ -112,7 +112,7 @@ impl Hull {
         let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
         let mut volume = 0.0;
         for (row, t) in triangles.iter().enumerate() {
-            let x = corners(t).filter(|x| x.iter().all(|p| p.is_finite())).ok_or(HullError::BadTriangle(row))?;
+            let x = corners(t).filter(|x| x.iter().all(|&p| is_place(p))).ok_or(HullError::BadTriangle(row))?;
             let normal = (x[1] - x[0]).cross(x[2] - x[0]).try_normalize().ok_or(HullError::BadTriangle(row))?;
             faces.push(normal);
             volume += x[0].dot(x[1].cross(x[2]));

@@ -1,14 +1,14 @@
 //! Which numbers of obstacles are refused.
 
 use crate::components::BodyError;
-use crate::components::check::{Check, Host, Owner, finite, not_negative, number, positive};
+use crate::components::check::{Check, Host, Owner, length, not_negative, number, place, positive};
 use crate::components::{Contact, Obstacle, ObstaclePath, Shape};
 use glam::{DMat3, DVec3};
 
 impl Shape {
     /// Judges its numbers as a part of a component.
     pub(crate) fn check(&self, component: &'static str) -> Result<(), BodyError> {
-        let point = |what, point: DVec3| finite(component, what, point.to_array());
+        let point = |what, point: DVec3| place(component, what, point.to_array());
         let rotation = |axes: DMat3| {
             let off =
                 (axes.transpose() * axes - DMat3::IDENTITY).to_cols_array().into_iter().map(f64::abs).sum::<f64>();
@@ -18,33 +18,33 @@ impl Shape {
         match *self {
             Self::Plane { point: at, normal } => {
                 point("a point of the plane", at)?;
-                let length = normal.length();
+                let norm = normal.length();
                 // Unit vectors that were read from text or turned are so to some digits.
-                let is_unit = (length - 1.0).abs() < 1e-6;
-                number(component, "the length of the normal", length, (is_unit, "it must be 1: normalize it"))
+                let is_unit = (norm - 1.0).abs() < 1e-6;
+                number(component, "the length of the normal", norm, (is_unit, "it must be 1: normalize it"))
             }
             Self::Sphere { centre, radius } => {
                 point("centre", centre)?;
-                positive(component, "radius", radius)
+                length(component, "radius", radius)
             }
             Self::Ellipsoid { centre, half_axes, axes } => {
                 point("centre", centre)?;
                 rotation(axes)?;
-                half_axes.to_array().into_iter().try_for_each(|axis| positive(component, "half axis", axis))
+                half_axes.to_array().into_iter().try_for_each(|axis| length(component, "half axis", axis))
             }
             Self::Capsule { ends, radius } => {
                 ends.into_iter().try_for_each(|end| point("end", end))?;
-                positive(component, "radius", radius)
+                length(component, "radius", radius)
             }
             Self::Box { centre, half, axes } => {
                 point("centre", centre)?;
                 rotation(axes)?;
-                half.to_array().into_iter().try_for_each(|edge| positive(component, "half edge", edge))
+                half.to_array().into_iter().try_for_each(|edge| length(component, "half edge", edge))
             }
             Self::Cylinder { ends, radius } => {
                 ends.into_iter().try_for_each(|end| point("end", end))?;
-                positive(component, "radius", radius)?;
-                positive(component, "length", ends[0].distance(ends[1]))
+                length(component, "radius", radius)?;
+                length(component, "length", ends[0].distance(ends[1]))
             }
             Self::Mesh { centre, axes, .. } => {
                 point("centre", centre)?;

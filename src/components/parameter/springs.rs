@@ -1,7 +1,7 @@
 //! Springs to ground: zonules, a soft foundation.
 
 use crate::components::BodyError;
-use crate::components::check::{Check, Host, at_row, finite, not_negative};
+use crate::components::check::{Check, Host, at_row, not_negative, place};
 use crate::storage::{Attached, Attachment};
 use glam::DVec3;
 
@@ -34,7 +34,7 @@ impl Check for Springs {
         host.rows("Springs", || "springs".to_owned(), self.anchors.rows())?;
         for (&row, anchor) in self.anchors.rows().iter().zip(self.anchors.values()) {
             not_negative("Springs", "spring stiffness", anchor.stiffness).map_err(at_row(row))?;
-            finite("Springs", "fixed point", anchor.point.to_array()).map_err(at_row(row))?;
+            place("Springs", "fixed point", anchor.point.to_array()).map_err(at_row(row))?;
         }
         Ok(())
     }

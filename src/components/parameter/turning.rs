@@ -1,6 +1,6 @@
 //! Rotations over time: of obstacles, and of the motion that holds prescribe.
 
-use crate::components::check::{Check, Host, finite, number};
+use crate::components::check::{Check, Host, number, place};
 use crate::components::{BodyError, Holds, Path};
 use crate::math::elementary;
 use glam::{DMat3, DVec2, DVec3};
@@ -35,7 +35,7 @@ impl Turning {
     }
 
     pub(in crate::components) fn check(&self, component: &'static str) -> Result<(), BodyError> {
-        finite(component, "pivot", self.pivot.to_array())?;
+        place(component, "pivot", self.pivot.to_array())?;
         self.vectors.check(component)
     }
 }

@@ -106,7 +106,11 @@ fn faults_name_file_line_and_cure() {
         ("a.obj", OBJ.replace("3//1", "7//1"), "a.obj:10: the face names vertex 7, but there are only 4"),
         ("a.obj", OBJ.replace("2/1/1", "/1/1"), "a.obj:10: a face needs"),
         ("a.obj", "v 0 0 0\n".into(), "a.obj: the mesh has no triangles"),
-        ("a.obj", OBJ.replace("v 0 1 0", "v 0 nan 0"), "a.obj: vertex 3 has the non-finite position"),
+        (
+            "a.obj",
+            OBJ.replace("v 0 1 0", "v 0 nan 0"),
+            "a.obj: vertex 3 has the position [0, NaN, 0]; give three numbers",
+        ),
         ("a.msh", MSH.replace("4.1 0 8", "3.0 0 8"), "a.msh:2: MSH version 3.0 is not read; export version 4.1"),
         ("a.msh", MSH.replace("4.1 0 8", "4.1 0 99999999999999999999"), "a.msh:2: unknown number format"),
         ("a.msh", MSH.replace("$MeshFormat", "$Mesh"), "a.msh:1: not a Gmsh file"),
@@ -141,7 +145,11 @@ fn faults_name_file_line_and_cure() {
         ("a.ply", PLY.replace("element face 1", "element facet 1"), "a.ply: the header declares no element `face`"),
         ("a.ply", PLY.replace("4 0 1 2 3", "4 0 1 2 -3"), "a.ply:16: face 0: it has a negative vertex index"),
         ("a.stl", STL.replace("solid\n facet", "sold\n facet"), "a.stl: neither STL text"),
-        ("a.stl", STL.replace("vertex 1 0 0", "vertex 1 0 NaN"), "a.stl: vertex 1 has the non-finite position"),
+        (
+            "a.stl",
+            STL.replace("vertex 1 0 0", "vertex 1 0 NaN"),
+            "a.stl: vertex 1 has the position [1, 0, NaN]; give three numbers",
+        ),
         ("a.stl", format!("{STL}{STL}"), "a.stl: 2 double triangle(s) (line 18 as line 2, line 25 as line 9)"),
     ];
     for (name, text, expected) in cases {
