@@ -9,6 +9,11 @@ use rhexis::glam::DVec3;
 fn as_array<'py>(what: &str, value: &Bound<'py, PyAny>, dtype: Option<&str>) -> Answer<Bound<'py, PyUntypedArray>> {
     let wrong = |error: PyErr| Failure::input(format!("{what}: {error}"));
     let numpy = value.py().import("numpy").map_err(wrong)?;
+    // Its numbers would be read as if there were no mask.
+    let has_mask = numpy.getattr("ma").and_then(|ma| value.is_instance(&ma.getattr("MaskedArray")?)).map_err(wrong)?;
+    if has_mask {
+        return Err(Failure::input(format!("{what}: the array has a mask: fill it or select from it first")));
+    }
     let array = numpy.call_method1("ascontiguousarray", (value, dtype)).map_err(wrong)?;
     array.cast_into().map_err(|error| Failure::input(format!("{what}: {error}")))
 }
@@ -28,8 +33,8 @@ fn numbers<T: numpy::Element + Clone>(what: &str, array: &Bound<'_, PyUntypedArr
 /// Points from an array of shape (n, 3).
 pub(crate) fn points(what: &str, value: &Bound<'_, PyAny>) -> Answer<Vec<DVec3>> {
     let array = as_array(what, value, None)?;
-    // NumPy would drop the imaginary part, and read numbers out of text.
-    if matches!(array.dtype().kind(), b'c' | b'S' | b'U') {
+    // NumPy would drop the imaginary part, count seconds, and read numbers out of text.
+    if matches!(array.dtype().kind(), b'c' | b'M' | b'm' | b'S' | b'U') {
         return Err(Failure::input(format!("{what}: the numbers must be real, as numpy.float64")));
     }
     let array = as_array(what, &array, Some("float64"))?;

@@ -37,6 +37,7 @@ fn _rhexis(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<report::Report>()?;
     module.add_class::<saved::Snapshot>()?;
     module.add_class::<saved::Recording>()?;
+    module.add_function(wrap_pyfunction!(saved::unpickled, module)?)?;
     module.add_function(wrap_pyfunction!(component::component_names, module)?)?;
     module.add_function(wrap_pyfunction!(library::catalog, module)?)?;
     module.add_function(wrap_pyfunction!(library::scene_text, module)?)?;

@@ -4,6 +4,7 @@ use crate::error::{Failure, guarded, refused};
 use crate::world::{Run, World};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use rhexis::internal::bytes::{Kind, pack, unpack};
 use rhexis::replay::Recording as EngineRecording;
 use rhexis::snapshot::Snapshot as EngineSnapshot;
 use rhexis_scene::measures::TearCourse;
@@ -61,9 +62,32 @@ impl Snapshot {
         Ok(Self::alone(py.detach(|| guarded(|| EngineSnapshot::load(&path).map_err(refused)))?))
     }
 
+    /// The state, the scene's progress and the courses, for `pickle` and `copy`.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Kept<'py>)> {
+        let courses = (!self.courses.is_empty()).then(|| pack(Kind::Run, &self.courses)).transpose();
+        let courses = courses.map_err(refused)?.map(|bytes| PyBytes::new(py, &bytes));
+        let make = py.import("rhexis._rhexis")?.getattr("_snapshot")?;
+        Ok((make, (self.to_bytes(py)?, self.progress, courses)))
+    }
+
     fn __repr__(&self) -> String {
         format!("<rhexis.Snapshot: step {}, {} ms>", self.value.step(), self.value.time())
     }
+}
+
+/// Parts of a pickled snapshot: state, progress of the scene, courses.
+type Kept<'py> = (Bound<'py, PyBytes>, Option<(u64, bool)>, Option<Bound<'py, PyBytes>>);
+
+/// A snapshot of the parts that `pickle` has kept.
+#[pyfunction(name = "_snapshot")]
+pub(crate) fn unpickled(
+    py: Python<'_>,
+    data: Vec<u8>,
+    progress: Option<(u64, bool)>,
+    courses: Option<Vec<u8>>,
+) -> PyResult<Snapshot> {
+    let courses = courses.map_or(Ok(Vec::new()), |bytes| unpack(Kind::Run, &bytes)).map_err(refused)?;
+    Ok(Snapshot { progress, courses, ..Snapshot::from_bytes(py, data)? })
 }
 
 /// Run that was written down.

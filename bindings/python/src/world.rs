@@ -172,6 +172,8 @@ fn no_scene() -> Failure {
 /// World of the simulation: bodies, obstacles and tools, and their time.
 #[pyclass(frozen, module = "rhexis")]
 pub(crate) struct World {
+    /// Process that has the world's threads.
+    process: u32,
     state: Mutex<State>,
 }
 
@@ -180,10 +182,16 @@ impl World {
         static NUMBER: AtomicU64 = AtomicU64::new(1);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let (events, courses, loans) = (Vec::new(), Vec::new(), Loans::default());
-        Self { state: Mutex::new(State { number, run, events, courses, loans }) }
+        let process = std::process::id();
+        Self { process, state: Mutex::new(State { number, run, events, courses, loans }) }
     }
 
     fn lock(&self) -> Answer<MutexGuard<'_, State>> {
+        // A fork has neither the threads nor whoever would give back a lock.
+        if self.process != std::process::id() {
+            let message = "the world belongs to the process before the fork: go on from a snapshot in a new one, or start processes by \"spawn\"";
+            return Err(Failure::handle(message));
+        }
         self.state.try_lock().map_err(|error| match error {
             TryLockError::WouldBlock => Failure::new(Kind::Busy, "another thread is in a call with this world"),
             TryLockError::Poisoned(_) => {

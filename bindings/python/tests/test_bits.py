@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import platform
 from pathlib import Path
 
@@ -125,6 +127,14 @@ def test_snapshots_go_back_and_on_to_the_same_bits(tmp_path: Path) -> None:
     assert bare.hash() == end
     same = rhexis.Snapshot.from_bytes(snapshot.to_bytes())
     assert (same.step, same.to_bytes()) == (10, snapshot.to_bytes())
+    # A pickle has the progress of the scene and the courses too.
+    for kept in (pickle.loads(pickle.dumps(snapshot)), copy.deepcopy(snapshot), copy.copy(snapshot)):
+        world.restore(kept)
+        assert world.scene["step"] == 10
+        world.advance(10)
+        assert world.hash() == end and str(world.course()) == str(course)
+    with refused("unreadable"):
+        pickle.loads(pickle.dumps(same).replace(b"rhexsnap", b"rhexnaps"))
     for bad in (b"", b"none", snapshot.to_bytes()[:-9]):
         with refused("unreadable"):
             rhexis.Snapshot.from_bytes(bad)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
+import os
 import random
+import signal
+from collections.abc import Callable
 
 import numpy as np
 import pytest
-from conftest import SOFT, grid
+from conftest import SOFT, grid, refused
 
 import rhexis
 
@@ -130,3 +134,70 @@ def test_random_calls_work_or_are_refused(seed: int) -> None:
     print({name: count for name, count in sorted(done.items())}, kinds)
     # Not all was refused.
     assert {"step", "cut", "pin", "close_forceps", "move_forceps", "snapshot", "set"} <= set(done)
+
+
+def test_values_that_hold_themselves_are_refused(sheet: rhexis.World) -> None:
+    itself: dict[str, object] = {}
+    itself["time"] = itself
+    row: list[object] = []
+    row.append(row)
+    deep: object = 1.0
+    for _ in range(100_000):
+        deep = [deep]
+
+    class Endless:
+        def tolist(self) -> object:
+            return self
+
+    for value in (itself, {"time": row}, {"time": deep}, {"time": Endless()}):
+        with refused("invalid_input", "holds itself"):
+            sheet.set("sheet", "Damping", value)  # type: ignore[arg-type]
+    with refused("invalid_input", "holds itself"):
+        rhexis.World(settings=itself)
+
+
+@pytest.mark.parametrize(
+    "convert",
+    [
+        lambda a: np.ma.array(a, mask=np.arange(a.size).reshape(a.shape) == 0),
+        lambda a: np.ma.array(a),
+        lambda a: a.astype("M8[s]"),
+        lambda a: a.astype("m8[s]"),
+    ],
+)
+def test_arrays_that_hide_or_time_their_numbers_are_refused(convert: Callable[[np.ndarray], np.ndarray]) -> None:
+    world = rhexis.World(threads=1)
+    positions, triangles = grid(3)
+    with refused("invalid_input", "vertices"):
+        world.spawn(convert(positions), triangles)
+    with refused("invalid_input", "triangles"):
+        world.spawn(positions, convert(triangles.astype(np.int64)))
+    assert world.bodies == []
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks are of Unix")
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_world_is_refused_after_a_fork(threads: int) -> None:
+    world = rhexis.World(threads=threads)
+    world.spawn(*grid(3), name="sheet")
+    world.step(1.0)
+    start = world.snapshot()
+    child = os.fork()
+    if child == 0:
+        signal.alarm(60)
+        answers = 0
+        with contextlib.suppress(BaseException):
+            calls: list[Callable[[], object]] = [lambda: world.step(1.0), world.positions, world.hash, world.snapshot]
+            for call in calls:
+                try:
+                    call()
+                except rhexis.Error as error:
+                    answers += error.kind == "invalid_handle" and "fork" in str(error)
+            # The snapshot is nobody's: it goes on here.
+            answers += rhexis.World.from_snapshot(start).step(1.0) is not None
+            del world
+        os._exit(answers)
+    status = os.waitpid(child, 0)[1]
+    assert os.WIFEXITED(status) and os.WEXITSTATUS(status) == 5, status
+    world.step(1.0)

@@ -198,6 +198,7 @@ class Snapshot:
     @staticmethod
     def load(path: _Path) -> Snapshot: ...
 
+def _snapshot(data: bytes, progress: tuple[int, bool] | None, courses: bytes | None) -> Snapshot: ...
 @final
 class Recording:
     """Run that was written down."""
