@@ -8,6 +8,9 @@ use glam::DVec3;
 /// A body whose vertices lie this near to one plane, as a part of its extent, is flat.
 const FLAT_BODY: f64 = 1e-9;
 
+/// A triangle whose compressive stress is above this part of the body's largest stress is in compression.
+const COMPRESSED: f64 = 0.01;
+
 impl Simulation {
     /// Sentence on the obstacle to a body's equilibrium, where that is plain.
     pub(super) fn advice(&self, body: BodyId) -> Option<String> {
@@ -60,6 +63,28 @@ impl Simulation {
              `pre_stretch`, begin out of the plane, or keep it in it by `planar = true`",
             body.name
         ))
+    }
+
+    /// Says of a membrane without bending that part of it is in compression, as it is now.
+    pub(super) fn compression(&self, body: BodyId) -> Option<String> {
+        type Query<'a> = (&'a Body, Option<&'a Planar>, Option<&'a Bending>);
+        let mut query = self.world.query_one::<Query>(body.entity());
+        let (about, planar, bending) = query.get().ok()?;
+        if planar.is_some() || bending.is_some() {
+            return None;
+        }
+        let frames = &self.present_frames(body).ok()?;
+        let stresses: Vec<(f64, f64)> = frames.states().map(|state| state.stress.principal_values()).collect();
+        let largest = stresses.iter().map(|(high, low)| high.abs().max(low.abs())).fold(0.0, f64::max);
+        let count = stresses.iter().filter(|(_, low)| *low < -COMPRESSED * largest).count();
+        (count > 0).then(|| {
+            format!(
+                "{count} of {} triangles of body `{}` are in compression, where a membrane without bending buckles: give it \
+                 `bending = {{}}` or a `pre_stretch`, or use a dynamic run",
+                stresses.len(),
+                about.name
+            )
+        })
     }
 }
 

@@ -49,6 +49,7 @@ impl Simulation {
         let worst = failed.map(|b| (b.imbalance, b.newton_iterations, b.body));
         if let Some((imbalance, iterations, body)) = worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
             let least = self.world.get::<&SolverScratch>(body.entity()).map_or(0.0, |scratch| scratch.least_imbalance);
+            let compression = self.compression(body);
             self.undo(&step);
             let (time, imbalance) = (step.time, imbalance.min(f64::MAX));
             let is_used_up = iterations >= step.newton_iterations;
@@ -57,7 +58,7 @@ impl Simulation {
                     SimulationError::IterationsUsedUp { time, imbalance, least, iterations }
                 }
                 advice => {
-                    let advice = advice.unwrap_or_else(|| advice::in_general(is_used_up));
+                    let advice = advice.or(compression).unwrap_or_else(|| advice::in_general(is_used_up));
                     SimulationError::NoEquilibrium { time, imbalance, iterations, advice }
                 }
             });

@@ -242,6 +242,35 @@ fn a_run_that_cannot_go_on_says_so_and_leaves_what_it_had() {
     assert!(report["caveats"].to_string().contains("no equilibrium"), "{}", report["caveats"]);
 }
 
+/// A tube that is twisted by its ends: in pure shear half of the principal stresses are compressive.
+#[test]
+fn a_static_run_names_compression_of_a_membrane_without_bending() {
+    let folder = tempfile::tempdir().unwrap();
+    let (around, along) = (36, 40);
+    let at = |i: usize| std::f64::consts::TAU * i as f64 / around as f64;
+    let mut tube = String::new();
+    for (z, i) in (0..=along).flat_map(|z| (0..around).map(move |i| (z, i))) {
+        tube += &format!("v {} {} {z}\n", 5.0 * at(i).cos(), 5.0 * at(i).sin());
+    }
+    for (z, i) in (0..along).flat_map(|z| (0..around).map(move |i| (z, i))) {
+        let (a, b) = (z * around + i + 1, z * around + (i + 1) % around + 1);
+        tube += &format!("f {a} {b} {}\nf {a} {} {}\n", b + around, b + around, a + around);
+    }
+    std::fs::write(folder.path().join("tube.obj"), tube).unwrap();
+    let scene = "[scene]\nname = \"torsion\"\n[run]\nmode = \"static\"\ndt = 1\nsteps = 1\n[output]\npictures = 0\nframes = 0\n\
+        [[bodies]]\nname = \"tube\"\nmesh = { file = \"tube.obj\" }\nmaterial = { young = 1, poisson = 0.3, thickness = 0.1 }\n\
+        [[bodies.holds]]\nname = \"foot\"\nregion = { z = 0 }\n\
+        [[bodies.holds]]\nname = \"head\"\nregion = { z = 40 }\nrotate = [[0, [0, 0, 0]], [1, [0, 0, 1]]]\n";
+    std::fs::write(folder.path().join("tube.toml"), scene).unwrap();
+    let output = rhexis(folder.path(), &["run", "tube.toml"]);
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("2880 of 2880 triangles of body `tube` are in compression"), "{error}");
+    assert!(error.contains("give it `bending = {}`"), "{error}");
+    let output = rhexis(folder.path(), &["run", "tube.toml", "--out", "bending", "--set", "bodies.0.bending={}"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}
+
 #[test]
 fn wrong_usage_is_code_2_and_help_shows_units_and_examples() {
     let folder = tempfile::tempdir().unwrap();
