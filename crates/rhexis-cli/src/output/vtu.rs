@@ -50,9 +50,10 @@ fn grid(body: &BodyFrame) -> String {
     text.push_str("</CellData><Points>");
     vectors(&mut text, "", body.positions.iter().copied());
     text.push_str("</Points><Cells>");
-    let corners = body.triangles.iter().flatten().map(|&v| u64::from(v).to_le_bytes());
-    array(&mut text, ["UInt64", "connectivity"], 1, corners);
-    array(&mut text, ["UInt64", "offsets"], 1, (1..=cells as u64).map(|k| (3 * k).to_le_bytes()));
+    // Signed, as VTK has its own: readers take unsigned indices through floating-point numbers.
+    let corners = body.triangles.iter().flatten().map(|&v| i64::from(v).to_le_bytes());
+    array(&mut text, ["Int64", "connectivity"], 1, corners);
+    array(&mut text, ["Int64", "offsets"], 1, (1..=cells as i64).map(|k| (3 * k).to_le_bytes()));
     array(&mut text, ["UInt8", "types"], 1, (0..cells).map(|_| [TRIANGLE]));
     text.push_str("</Cells></Piece></UnstructuredGrid></VTKFile>");
     text

@@ -57,6 +57,17 @@ fn the_bytes_of_the_format_are_fixed() {
     assert_eq!(std::fs::read_to_string(path).unwrap(), TWO_TRIANGLES);
 }
 
+/// Corners are signed, as readers want them; files with unsigned ones, of earlier versions, are read as well.
+#[test]
+fn corners_are_signed_and_unsigned_ones_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = written(folder.path(), &two_triangles());
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(!text.contains("\"UInt64\" Name") && text.matches("\"Int64\" Name").count() == 2, "{text}");
+    std::fs::write(&path, text.replace("\"Int64\" Name", "\"UInt64\" Name")).unwrap();
+    assert_eq!(read_vtu(&path).unwrap().triangles, two_triangles().triangles);
+}
+
 /// Files hold all 64 bits, so equality is exact.
 #[test]
 fn a_body_reads_back_as_it_was() {
