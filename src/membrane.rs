@@ -266,7 +266,7 @@ impl Membrane {
                 (None, Some(list)) => list[t],
                 (None, None) => DVec3::X,
             };
-            // On the axis of concentric fibres there is none, and an edge takes its place.
+            // Concentric fibres have no direction on their axis: an edge gives it.
             if direction != DVec3::ZERO && !is_direction(direction) {
                 return Err(MeshError::BadFibre { triangle: t, fibre: direction }.into());
             }

@@ -383,7 +383,7 @@ fn a_system_that_writes_what_is_refused_ends_the_step_with_the_last_state_standi
     }
 }
 
-/// Numbers whose squares or products are none are refused where they come in.
+/// Refusal of numbers whose squares or products overflow, at every door.
 #[test]
 fn places_and_strains_beyond_powers_are_refused_where_they_come_in() {
     for size in [1e76, 1e154, 1e155, 1e307, f64::MAX, f64::INFINITY, f64::NAN] {
@@ -444,6 +444,6 @@ fn fibres_without_a_direction_are_refused() {
         let refused = simulation().spawn(Membrane::new("sheet", mesh, Material::allard_2009())).unwrap_err();
         assert!(refused.to_string().contains("no direction"), "{fibre}: {refused}");
     }
-    // There is none at the axis of circles.
+    // Circles have no direction on their axis.
     simulation().spawn(sheet().fibres(Fibres::PerTriangle(vec![DVec3::ZERO; 24]))).unwrap();
 }

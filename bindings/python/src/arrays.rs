@@ -9,7 +9,7 @@ use rhexis::glam::DVec3;
 fn as_array<'py>(what: &str, value: &Bound<'py, PyAny>, dtype: Option<&str>) -> Answer<Bound<'py, PyUntypedArray>> {
     let wrong = |error: PyErr| Failure::input(format!("{what}: {error}"));
     let numpy = value.py().import("numpy").map_err(wrong)?;
-    // Its numbers would be read as if there were no mask.
+    // NumPy hands masked numbers over like plain ones.
     let has_mask = numpy.getattr("ma").and_then(|ma| value.is_instance(&ma.getattr("MaskedArray")?)).map_err(wrong)?;
     if has_mask {
         return Err(Failure::input(format!("{what}: the array has a mask: fill it or select from it first")));

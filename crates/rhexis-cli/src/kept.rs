@@ -11,7 +11,7 @@ pub(super) const MOST_BYTES: u64 = 1 << 30;
 /// The text of a regular file.
 ///
 /// # Errors
-/// As [`source::read`], and for what is no UTF-8.
+/// As [`source::read`], and for text that is not UTF-8.
 pub(super) fn text(path: &Path) -> io::Result<String> {
     String::from_utf8(source::read(path, MOST_BYTES)?).map_err(io::Error::other)
 }

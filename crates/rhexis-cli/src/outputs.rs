@@ -58,7 +58,7 @@ pub(super) fn directory(given: Option<&Path>, default: &str) -> Result<PathBuf, 
 /// Refuses to write a file, whose content begins with `head`, in the place of one that begins otherwise. Nothing is written yet.
 ///
 /// # Errors
-/// For such a file, and for what is no regular file.
+/// For such a file, and for anything but a regular file.
 pub(super) fn spare(path: &Path, head: &[u8], kind: &str) -> Result<(), Stop> {
     let choice = "another file with --out";
     match source::open(path, u64::MAX) {

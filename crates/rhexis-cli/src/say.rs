@@ -16,7 +16,7 @@ pub(super) fn is_printable(text: &str) -> bool {
     text.chars().all(is_plain)
 }
 
-/// A text for a terminal: what commands it is written as JSON escapes it, `\u001b`.
+/// Text for a terminal, with control characters escaped as in JSON, `\u001b`.
 fn printable(text: &str) -> Cow<'_, str> {
     if is_printable(text) {
         return Cow::Borrowed(text);

@@ -76,16 +76,21 @@ fn what_never_ends_is_not_begun() {
     }
 }
 
+/// Makes a run of a grid in the directory `o`, with the scene in `s.toml`.
+fn run_of_grid(folder: &Path) {
+    let body = format!("[[bodies]]\nname = \"b\"\n{MATERIAL}{GRID}");
+    std::fs::write(folder.join("s.toml"), [SCENE, &body].concat().replace("= 0\n", "= 1\n")).unwrap();
+    let done = rhexis(folder, &["run", "s.toml", "--out", "o", "--snapshots", "1", "--quiet"]);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+}
+
 /// Files of a run or a sweep may have been put there by others.
 #[test]
 fn what_never_ends_is_not_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let body = format!("[[bodies]]\nname = \"b\"\n{MATERIAL}{GRID}");
-    std::fs::write(at("s.toml"), [SCENE, &body].concat().replace("= 0\n", "= 1\n")).unwrap();
+    run_of_grid(folder.path());
     std::fs::write(at("sweep.toml"), "scene = \"s.toml\"\n[vary]\n\"run.dt\" = [5]\n").unwrap();
-    let done = rhexis(folder.path(), &["run", "s.toml", "--out", "o", "--snapshots", "1", "--quiet"]);
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     std::fs::create_dir(at("w")).unwrap();
     for (file, commands) in [
         ("o/report.json", &[&["report", "o"][..]][..]),
@@ -162,10 +167,7 @@ fn nothing_of_a_file_commands_a_terminal() {
 fn a_picture_or_a_page_takes_no_other_files_place() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let body = format!("[[bodies]]\nname = \"b\"\n{MATERIAL}{GRID}");
-    std::fs::write(at("s.toml"), [SCENE, &body].concat().replace("= 0\n", "= 1\n")).unwrap();
-    let made = rhexis(folder.path(), &["run", "s.toml", "--out", "o", "--quiet"]);
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    run_of_grid(folder.path());
     std::os::unix::fs::symlink("o/series.csv", at("link.html")).unwrap();
     for name in ["s.toml", "o/series.csv", "o/report.json", "o/picture-0-000001.png", "link.html"] {
         let before = std::fs::read(at(name)).unwrap();

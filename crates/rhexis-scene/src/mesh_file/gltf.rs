@@ -32,7 +32,7 @@ pub(super) fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
         let what = format!("the file needs the extension {needed}, which is not read; export it without compression");
         return Err(Fault::new(what));
     }
-    // However many buffers share it, a content is read and counted once.
+    // Buffers that name one file share its content.
     let mut contents = BTreeMap::new();
     for uri in root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref()) {
         if let Entry::Vacant(place) = contents.entry(uri) {

@@ -48,7 +48,7 @@ pub(crate) use weld::coincident;
 /// The extensions [`read`] knows, in any case of letters.
 pub const EXTENSIONS: [&str; 10] = ["obj", "msh", "vtu", "vtk", "ply", "stl", "vtp", "off", "glb", "gltf"];
 
-/// The largest mesh or fibre file that is read, and the most of all files of a scene together \[bytes\]: ten times what the largest mesh takes as text.
+/// Maximum size of a mesh or fibre file, and of all files of a scene together \[bytes\]: ten times the text of the largest mesh.
 pub const MOST_BYTES: u64 = 1 << 30;
 
 /// Why a mesh or fibre file is refused.

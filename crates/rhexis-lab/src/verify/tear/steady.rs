@@ -27,11 +27,16 @@ pub(super) fn steady_steps(steps: &[Step]) -> std::ops::Range<usize> {
     steps.partition_point(|step| step.torn <= begin)..steps.partition_point(|step| step.torn <= end)
 }
 
-/// Judges the pull over the steps of the steady part: its mean by a tolerance, and the range that most steps are in.
-pub(super) fn judge_pull(rows: &mut Rows, what: &str, steps: &[Step], tolerance: f64) {
+/// Pull over the steps of the steady part, over that of theory; `None` for a sheet that does not tear.
+pub(super) fn pull(steps: &[Step]) -> Option<HandForceFigures> {
     let mut hand = HandForce::default();
     steps[steady_steps(steps)].iter().for_each(|step| hand.note(Some(DVec3::X * step.pull), step.has_advanced));
-    let Some(HandForceFigures { mean, range: [low, high], .. }) = hand.figures() else {
+    hand.figures()
+}
+
+/// Judges the pull over the steps of the steady part: its mean by a tolerance, and the range that most steps are in.
+pub(super) fn judge_pull(rows: &mut Rows, what: &str, steps: &[Step], tolerance: f64) {
+    let Some(HandForceFigures { mean, range: [low, high], .. }) = pull(steps) else {
         rows.ratio(format!("{what}: does not tear"), f64::NAN, 0.0);
         return;
     };
