@@ -8,11 +8,12 @@ use super::moments::Moments;
 use super::report::RunReport;
 use super::series::Observation;
 use super::{Stop, checkpoint};
-use crate::output::{OutputError, PictureSettings, PvdWriter, file, gltf, render, write_obj, write_ply};
+use crate::output::{OutputError, PictureSettings, PvdWriter, file, gltf, render, surface};
 use glam::DVec3;
 use rhexis::components::BlockedNucleation;
 use rhexis::event::{Event, EventKind, Verdict};
-use rhexis::frame::Frame;
+use rhexis::frame::{BodyFrame, Frame};
+use rhexis_scene::Seams;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use slotmap::Key;
@@ -199,11 +200,16 @@ impl Files {
         }
     }
 
-    /// The surfaces of the bodies at the end, as OBJ and as PLY.
-    pub(crate) fn surfaces(&mut self, frame: &Frame, [obj, ply]: [bool; 2]) {
-        for (index, body) in frame.bodies.iter().enumerate() {
+    /// The surfaces of the bodies at the end, as OBJ and as PLY; `seams` are those of their textures.
+    pub(crate) fn surfaces(&mut self, frame: &Frame, seams: &[Option<Arc<Seams>>], [obj, ply]: [bool; 2]) {
+        for (index, body) in frame.bodies.iter().enumerate().filter(|_| obj || ply) {
             let path = |ending: &str| self.folder.join(format!("surface-{index}.{ending}"));
-            let written = [obj.then(|| write_obj(&path("obj"), body)), ply.then(|| write_ply(&path("ply"), body))];
+            let textured = textured(body, seams.get(index));
+            let textured = textured.as_deref();
+            let written = [
+                obj.then(|| surface::write_textured_obj(&path("obj"), body, textured)),
+                ply.then(|| surface::write_textured_ply(&path("ply"), body, textured)),
+            ];
             for error in written.into_iter().flatten().filter_map(Result::err) {
                 self.fault("surfaces", error.to_string());
             }
@@ -267,12 +273,13 @@ impl Files {
         }
     }
 
-    /// The surfaces of the bodies at the end as binary glTF, with their textures.
-    pub(crate) fn gltf(&mut self, frame: &Frame, textures: &[Option<Arc<Vec<u8>>>]) {
+    /// The surfaces of the bodies at the end as binary glTF, with their textures and the seams of these.
+    pub(crate) fn gltf(&mut self, frame: &Frame, seams: &[Option<Arc<Seams>>], textures: &[Option<Arc<Vec<u8>>>]) {
         for (index, body) in frame.bodies.iter().enumerate() {
             let texture = textures.get(index).and_then(Option::as_ref).map(|bytes| &bytes[..]);
             let path = self.folder.join(format!("surface-{index}.glb"));
-            if let Err(error) = gltf::write_gltf(&path, body, texture) {
+            let textured = textured(body, seams.get(index));
+            if let Err(error) = gltf::write_textured_gltf(&path, body, texture, textured.as_deref()) {
                 self.fault("surfaces as glTF", error.to_string());
             }
         }
@@ -390,6 +397,12 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         fields.insert("body".to_owned(), json!(body));
     }
     line
+}
+
+/// The texture coordinates of the corners of a body's triangles, where its texture has seams.
+fn textured(body: &BodyFrame, seams: Option<&Option<Arc<Seams>>>) -> Option<Vec<[[f64; 2]; 3]>> {
+    let seams = seams.and_then(Option::as_ref)?;
+    Some(seams.textured(&body.rest_positions, &body.triangles))
 }
 
 #[cfg(test)]

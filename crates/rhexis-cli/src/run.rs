@@ -156,11 +156,11 @@ impl Running<'_> {
         let frame = self.frame();
         self.files.frame(&frame, self.last.step, self.tally.events.started, true);
         let output = &self.instance.output;
-        self.files.surfaces(&frame, [output.obj, output.ply]);
+        self.files.surfaces(&frame, &self.instance.seams, [output.obj, output.ply]);
         let report = self.report(end);
         self.files.report(&report);
         if self.instance.output.gltf {
-            self.files.gltf(&frame, &self.instance.textures);
+            self.files.gltf(&frame, &self.instance.seams, &self.instance.textures);
         }
         if let Some(folder) = &args.dump
             && let Err(error) = dump::dump(folder, &mut self.instance, &frame, &self.last)

@@ -37,8 +37,13 @@ pub(super) fn sheet(spec: &BodySpec, files: &Files, key: &str) -> Result<Sheet, 
     let mut file = shape::mesh(&spec.mesh, &per_triangle::arrays(spec, key)?, files, &format!("{key}.mesh"))?;
     let fibres = match &spec.fibres {
         Some(FibreSpec::File(path)) => {
-            let read = mesh_file::fibres_of(files, path);
-            Some(read.map_err(|error| shape::refused_file(&format!("{key}.fibres.file"), error))?)
+            let key = format!("{key}.fibres.file");
+            let read = mesh_file::fibres_of(files, path).map_err(|error| shape::refused_file(&key, error))?;
+            let by_triangle = file.by_triangle(read, &format!("the file {}", path.display()));
+            Some(
+                by_triangle
+                    .map_err(|what| Fault::new(&key, what, "give one for each triangle, in the mesh's order"))?,
+            )
         }
         _ => None,
     };

@@ -1,10 +1,15 @@
 //! What a mesh is like, for a look before it is run.
 
-use super::mesh_file::{MeshFile, coincident};
-use super::schema::{BodySpec, FibreSpec, MeshSpec};
+use super::mesh_file::{Hanging, MeshFile, coincident, ends, hanging, millimetres};
+use super::schema::{BodySpec, FibreSpec, FileSpec, MeshSpec};
+use super::sets::Sets;
 use rhexis::math::{elementary, smallest_angle};
 use rhexis::storage::TriangleMesh;
+use std::collections::BTreeMap;
 use std::fmt;
+
+/// The most hanging vertices that are named.
+const NAMED: usize = 4;
 
 /// A mesh in figures, as it is before any cut.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
@@ -13,8 +18,18 @@ pub struct MeshSummary {
     pub pieces: usize,
     /// Closed lines of edges with one triangle.
     pub boundary_loops: usize,
+    /// Mean thickness \[mm\] of a piece that is closed and thin: the skin of a solid.
+    #[serde(rename = "thin_solid_mm")]
+    pub thin_solid: Option<f64>,
+    /// Whether the mesh was taken in metres because its format has that unit.
+    pub in_metres: bool,
     /// Vertices at the place of another, within 1e-9 of the extent.
     pub coincident: usize,
+    /// Vertices on the edge of a triangle that does not have them.
+    pub hanging: usize,
+    /// The first of them, each with the edge.
+    #[serde(skip)]
+    pub hanging_at: Vec<String>,
     /// Vertices that reading joined to others.
     pub joined: usize,
     /// Triangles that reading turned over.
@@ -34,7 +49,7 @@ pub struct MeshSummary {
     pub fibres: String,
     /// What its vertices carry, in words; empty for nothing.
     pub attributes: String,
-    /// Vertices with several texture coordinates in the file, of which they have the first.
+    /// Vertices with several texture coordinates in the file: corners of triangles keep theirs in output files.
     pub seams: usize,
     /// Arrays of the file that nothing uses.
     pub unused_arrays: Vec<String>,
@@ -59,11 +74,18 @@ pub(super) fn look(spec: &BodySpec, file: &MeshFile, flattened: f64) -> MeshSumm
     let angles = mesh.triangles.iter().map(|t| smallest_angle(t.map(at)).to_degrees());
     let area: f64 =
         mesh.triangles.iter().map(|t| 0.5 * (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).length()).sum();
-    let (pieces, boundary_loops) = pieces_and_loops(mesh);
+    let Outline { pieces, loops, thin_solid } = outline(mesh);
+    let mut hanging = hanging(&mesh.positions, &mesh.triangles, 0.0);
+    hanging.sort_by_key(|place| place.vertex);
+    hanging.dedup_by_key(|place| place.vertex);
     MeshSummary {
         pieces,
-        boundary_loops,
+        boundary_loops: loops,
+        thin_solid,
+        in_metres: is_in_metres(spec),
         coincident: coincident(&mesh.positions),
+        hanging: hanging.len(),
+        hanging_at: hanging.iter().take(NAMED).map(|place| on_edge(mesh, place)).collect(),
         joined: file.tidied.joined,
         turned: file.tidied.turned,
         repaired: file.tidied.defects.text(),
@@ -76,6 +98,22 @@ pub(super) fn look(spec: &BodySpec, file: &MeshFile, flattened: f64) -> MeshSumm
         unused_arrays: file.passed_over.clone(),
         mean_size: (area / count * 4.0 / 3.0_f64.sqrt()).sqrt(),
     }
+}
+
+/// Whether the scene leaves the unit of a file to a format that has metres.
+fn is_in_metres(spec: &BodySpec) -> bool {
+    let MeshSpec::File(FileSpec { path, reading }) = &spec.mesh else { return false };
+    reading.scale.is_none() && reading.unit.is_none() && millimetres(path) != 1.0
+}
+
+/// A hanging vertex in words.
+fn on_edge(mesh: &TriangleMesh, &Hanging { vertex, triangle, side, .. }: &Hanging) -> String {
+    let at = |vertex: u32| {
+        let [x, y, z] = mesh.positions[vertex as usize].to_array().map(length);
+        format!("({x}, {y}, {z})")
+    };
+    let [from, to] = ends(mesh.triangles[triangle], side);
+    format!("vertex {vertex} at {} on the edge from {} to {} of triangle {triangle}", at(vertex), at(from), at(to))
 }
 
 fn attributes(file: &MeshFile) -> String {
@@ -104,8 +142,20 @@ fn fibres(spec: &BodySpec, file: &MeshFile) -> String {
     }
 }
 
-/// Pieces, by triangles that share edges, and loops of edges with one triangle.
-fn pieces_and_loops(mesh: &TriangleMesh) -> (usize, usize) {
+/// The outline of a mesh.
+struct Outline {
+    /// Sets of triangles that share edges.
+    pieces: usize,
+    /// Loops of edges with one triangle.
+    loops: usize,
+    /// Mean thickness \[mm\] of the thinnest solid that a piece without a rim encloses, if it is thin.
+    thin_solid: Option<f64>,
+}
+
+/// Thickness of a thin solid at the most, as a part of the side of a square as large as each of the two faces.
+const THIN: f64 = 0.1;
+
+fn outline(mesh: &TriangleMesh) -> Outline {
     let mut halves: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
     for (triangle, &[a, b, c]) in (0..).zip(&mesh.triangles) {
         halves.extend([[a, b], [b, c], [c, a]].map(|[i, j]| ([i.min(j), i.max(j)], triangle)));
@@ -125,39 +175,43 @@ fn pieces_and_loops(mesh: &TriangleMesh) -> (usize, usize) {
             [] => {}
         }
     }
-    (pieces.count(|_| true), rim.count(|v| is_rim[v]))
+    let thin_solid = thin_solid(mesh, &mut pieces, &is_rim);
+    Outline { pieces: pieces.count(|_| true), loops: rim.count(|v| is_rim[v]), thin_solid }
 }
 
-/// Sets of rows that are joined one by one.
-struct Sets(Vec<u32>);
-
-impl Sets {
-    fn new(count: usize) -> Self {
-        Self((0..count as u32).collect())
-    }
-
-    fn first(&mut self, mut row: u32) -> u32 {
-        while self.0[row as usize] != row {
-            self.0[row as usize] = self.0[self.0[row as usize] as usize];
-            row = self.0[row as usize];
+fn thin_solid(mesh: &TriangleMesh, pieces: &mut Sets, is_rim: &[bool]) -> Option<f64> {
+    let origin = *mesh.positions.first()?;
+    // Of each piece its volume and area; none where it has a rim.
+    let mut solids: BTreeMap<u32, Option<(f64, f64)>> = BTreeMap::new();
+    for (triangle, corners) in (0..).zip(&mesh.triangles) {
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize] - origin);
+        let solid = solids.entry(pieces.first(triangle)).or_insert(Some((0.0, 0.0)));
+        if corners.iter().any(|&v| is_rim[v as usize]) {
+            *solid = None;
         }
-        row
+        if let Some((volume, area)) = solid {
+            *volume += a.dot(b.cross(c)) / 6.0;
+            *area += 0.5 * (b - a).cross(c - a).length();
+        }
     }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.first(a), self.first(b));
-        self.0[a.max(b) as usize] = a.min(b);
-    }
-
-    fn count(&self, is_counted: impl Fn(usize) -> bool) -> usize {
-        self.0.iter().enumerate().filter(|(row, first)| *row == **first as usize && is_counted(*row)).count()
-    }
+    let thin = solids.into_values().flatten().filter_map(|(volume, area)| {
+        let thickness = 2.0 * volume.abs() / area;
+        (thickness < THIN * (0.5 * area).sqrt()).then_some(thickness)
+    });
+    thin.min_by(f64::total_cmp)
 }
 
 impl MeshSummary {
     /// What is likely to be a mistake: reported by the check, the report and the summary of a run.
     pub fn doubts(&self) -> Vec<String> {
         let mut list = Vec::new();
+        if self.in_metres {
+            list.push(
+                "the mesh is taken in metres, as glTF has it (1 unit is 1000 mm); `unit = \"m\"` in the mesh's table confirms this, \
+                 `unit = \"mm\"` takes the numbers as they are"
+                    .into(),
+            );
+        }
         if self.coincident > 0 {
             list.push(format!(
                 "{} vertices lie where others do, and the mesh is in {} piece(s) with {} boundary loop(s): coincident vertices are not \
@@ -165,10 +219,22 @@ impl MeshSummary {
                 self.coincident, self.pieces, self.boundary_loops
             ));
         }
-        if self.seams > 0 {
+        if self.hanging > 0 {
+            let more = match self.hanging - self.hanging_at.len() {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
             list.push(format!(
-                "{} vertices have several texture coordinates in the file and keep the first: the texture is drawn out along these seams",
-                self.seams
+                "{} vertices lie on edges of triangles that do not have them, where the surface is slit: {}{more}; `repair = true` in the \
+                 mesh's table splits them in",
+                self.hanging,
+                self.hanging_at.join(", ")
+            ));
+        }
+        if let Some(thickness) = self.thin_solid.map(length) {
+            list.push(format!(
+                "the mesh is closed, the skin of a thin solid ({thickness} mm in the mean, twice its volume over its area): as a membrane it is \
+                 two sheets with nothing between; give the middle surface, with `thickness = {thickness}` in `material`"
             ));
         }
         list
@@ -196,6 +262,9 @@ impl fmt::Display for MeshSummary {
         write!(f, "\n    fibres {}", self.fibres)?;
         if !self.attributes.is_empty() {
             write!(f, "; vertices have {}", self.attributes)?;
+            if self.seams > 0 {
+                write!(f, ", {} of them several texture coordinates, which output files keep", self.seams)?;
+            }
         }
         if !self.unused_arrays.is_empty() {
             write!(f, "; arrays not used: {}", self.unused_arrays.join(", "))?;

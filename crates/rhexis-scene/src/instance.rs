@@ -4,6 +4,7 @@ use super::build;
 use super::doctor::{self, MeshSummary};
 use super::error::{Fault, positive};
 use super::schema::{BodySpec, Mode, OutputSpec, RunSpec};
+use super::seams::Seams;
 use super::size::Demand;
 use super::timed::{CutTold, Timed};
 use super::{Scene, SceneError, beginning, copies, obstacle, settings};
@@ -28,6 +29,8 @@ pub struct Instance {
     pub bodies: Vec<BodyId>,
     /// The bytes of each body's texture, PNG or JPEG, for those that have one.
     pub textures: Vec<Option<Arc<Vec<u8>>>>,
+    /// The seams of each body's texture, for those that have any.
+    pub seams: Vec<Option<Arc<Seams>>>,
     /// What the mesh of each was like before it was cut.
     pub meshes: Vec<MeshSummary>,
     /// Names of the obstacles, in the order of the file and of spawning.
@@ -104,7 +107,7 @@ impl Scene {
         Demand::announced(specs)?.files(&self.file.output, run.steps)?;
         copies::check_names(specs)?;
         let (mut demand, files) = (Demand::default(), self.document.files());
-        let mut textures = Vec::new();
+        let (mut textures, mut seams) = (Vec::new(), Vec::new());
         for (i, spec) in specs.iter().enumerate() {
             let key = &format!("bodies.{i}");
             let sheet = build::sheet(spec, &files, key)?;
@@ -112,7 +115,9 @@ impl Scene {
             demand.files(&self.file.output, run.steps)?;
             let mesh = doctor::look(spec, &sheet.file, sheet.flattened);
             let texture = super::texture::read(spec, &sheet.file, &files, key)?;
+            let own_seams = Seams::of(&sheet.file).map(Arc::new);
             for name in copies::names(spec) {
+                seams.push(own_seams.clone());
                 textures.push(texture.clone());
                 let membrane = build::membrane(spec, &name, &sheet, key)?;
                 let body = self.spawn(&mut simulation, membrane, spec, key)?;
@@ -134,6 +139,7 @@ impl Scene {
             simulation,
             bodies,
             textures,
+            seams,
             meshes,
             obstacles,
             narrow_obstacles,

@@ -30,6 +30,8 @@ mod per_triangle;
 mod region;
 mod renamed;
 pub mod schema;
+mod seams;
+mod sets;
 mod settings;
 mod shape;
 mod size;
@@ -43,6 +45,7 @@ pub use document::Document;
 pub use error::{SceneError, nearest};
 pub use instance::thresholds;
 pub use instance::{Instance, MOST_STEPS, Run};
+pub use seams::Seams;
 pub use summary::{BodySummary, Summary};
 pub use timed::CutTold;
 

@@ -23,13 +23,14 @@ pub(super) fn read(spec: &FileSpec, arrays: &Arrays, files: &Files, key: &str) -
     let ReadingSpec { scale, unit, rotate, translate, weld, repair, flip, fibres } = &spec.reading;
     let scale = match (scale, unit) {
         (Some(scale), None) => positive(format!("{key}.scale"), *scale, "")?,
-        (None, unit) => unit.map_or(1.0, |unit| unit.millimetres()),
+        (None, unit) => unit.map_or_else(|| mesh_file::millimetres(&spec.path), |unit| unit.millimetres()),
         (Some(_), Some(_)) => {
             return Err(Fault::new(format!("{key}.scale"), "the unit is given twice", "give either `unit` or `scale`"));
         }
     };
     let weld = weld.map(|weld| not_negative(format!("{key}.weld"), weld, "mm")).transpose()?;
     let reading = Reading {
+        scale: Some(scale),
         weld: weld.map(|weld| weld / scale),
         repair: *repair,
         flip: *flip,
@@ -38,9 +39,6 @@ pub(super) fn read(spec: &FileSpec, arrays: &Arrays, files: &Files, key: &str) -
     };
     let read = mesh_file::mesh_of(files, &spec.path, &reading);
     let mut file = read.map_err(|error| refused_file(key, error))?;
-    if scale != 1.0 {
-        file.mesh.positions.iter_mut().for_each(|p| *p *= scale);
-    }
     if let Some(angles) = rotate {
         let turn = turn(angles.0);
         file.mesh.positions.iter_mut().for_each(|p| *p = turn * *p);

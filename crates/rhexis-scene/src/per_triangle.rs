@@ -110,11 +110,8 @@ fn rows(values: &Values, file: &MeshFile, files: &Files, key: &str) -> Result<Ro
             (lines.into_iter().map(|(_, values)| values).collect(), format!("the file {}", path.display()))
         }
     };
-    let needed = file.mesh.triangles.len();
-    if lists.len() != needed {
-        let what = format!("{from} has {} entries, and the mesh {needed} triangles", lists.len());
-        return Err(Fault::new(key, what, "give one for each triangle, in the mesh's order"));
-    }
+    let by_triangle = file.by_triangle(lists, &from);
+    let lists = by_triangle.map_err(|what| Fault::new(key, what, "give one for each triangle, in the mesh's order"))?;
     let width = lists.first().map_or(0, Vec::len);
     if let Some(row) = lists.iter().position(|list| list.len() != width) {
         let what = format!("{from} has {} numbers for triangle {row}, and {width} for the first", lists[row].len());

@@ -1,5 +1,6 @@
 //! A body's surface as it lies as binary glTF 2.0 (.glb): positions, normals, texture coordinates, colours, triangles and a texture.
 
+use super::corners::{Rows, Textured};
 use super::{OutputError, file, shape};
 use glam::{DQuat, DVec3, Vec3};
 use rhexis::components::{Attributes, Channel};
@@ -22,33 +23,45 @@ const UNSIGNED_INT: u32 = 5125;
 /// # Errors
 /// The arrays of the body do not belong together or are empty, it is too large for the format, or the file cannot be written.
 pub fn write_gltf(path: &Path, body: &BodyFrame, texture: Option<&[u8]>) -> Result<(), OutputError> {
+    write_textured_gltf(path, body, texture, None)
+}
+
+/// Writes glTF with a vertex for each of its texture coordinates, where the texture has seams.
+pub(crate) fn write_textured_gltf(
+    path: &Path,
+    body: &BodyFrame,
+    texture: Option<&[u8]>,
+    textured: Option<&Textured>,
+) -> Result<(), OutputError> {
     shape::check_shape(path, body)?;
     let attributes = body.attributes.as_ref();
     if body.triangles.is_empty() {
         return Err(OutputError::content(path, format!("body '{}' has no triangles; let some of it be", body.name)));
     }
     let mut binary = Binary::default();
+    let rows = Rows::of(body, textured);
     let positions: Vec<Vec3> = body.positions.iter().map(|p| p.as_vec3()).collect();
     let (low, high) =
         positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
     let of_vertices = |binary: &mut Binary, width, numbers: &mut dyn Iterator<Item = f64>| {
-        binary.floats(body.positions.len(), width, numbers)
+        binary.floats(rows.vertices.len(), width, numbers)
     };
-    let position = of_vertices(&mut binary, 3, &mut body.positions.iter().flat_map(|p| p.to_array()));
+    let position = of_vertices(&mut binary, 3, &mut rows.spread(&body.positions).iter().flat_map(|p| p.to_array()));
     binary.accessors[position]["min"] = json!(low.to_array());
     binary.accessors[position]["max"] = json!(high.to_array());
-    let normal = of_vertices(&mut binary, 3, &mut vertex_normals(body).iter().flat_map(|n| n.to_array()));
+    let normal = of_vertices(&mut binary, 3, &mut rows.spread(&vertex_normals(body)).iter().flat_map(|n| n.to_array()));
     let mut semantics = json!({ "POSITION": position, "NORMAL": normal });
-    if let Some(rows) = attributes.and_then(|attributes| attributes.channel(Channel::TextureCoordinates)) {
+    if !rows.texture.is_empty() {
         // The format counts v downwards.
-        let mut numbers = rows.flat_map(|row| [row[0], 1.0 - row[1]]);
+        let mut numbers = rows.texture.iter().flat_map(|[u, v]| [*u, 1.0 - *v]);
         semantics["TEXCOORD_0"] = json!(of_vertices(&mut binary, 2, &mut numbers));
     }
-    if let Some(rows) = attributes.and_then(|attributes| attributes.channel(Channel::Colour)) {
-        let mut numbers = rows.flat_map(|row| row.iter().map(|part| part.clamp(0.0, 1.0)));
+    if let Some(colours) = attributes.and_then(|attributes| attributes.channel(Channel::Colour)) {
+        let colours = rows.spread(&colours.collect::<Vec<_>>());
+        let mut numbers = colours.iter().flat_map(|row| row.iter().map(|part| part.clamp(0.0, 1.0)));
         semantics["COLOR_0"] = json!(of_vertices(&mut binary, 4, &mut numbers));
     }
-    let indices = binary.indices(&body.triangles);
+    let indices = binary.indices(&rows.triangles);
     let mut material = json!({
         "doubleSided": true,
         "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.8 },

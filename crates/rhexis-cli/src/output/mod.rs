@@ -3,6 +3,7 @@
 //! Every file is first written beside its place and then renamed, so a reader (or an interrupted run) never meets half a
 //! file.
 
+mod corners;
 pub mod gltf;
 pub mod picture;
 pub mod pvd;

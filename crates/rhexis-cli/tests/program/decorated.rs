@@ -159,7 +159,7 @@ fn a_torn_body_as_gltf_is_what_another_reader_finds() {
     // And by the engine's own, from which a scene would go on.
     let again = read("a.glb", std::fs::read(&path).unwrap());
     assert_eq!(again.seams, 0);
-    assert!(again.mesh.positions.iter().zip(&body.positions).all(|(a, b)| a.distance(*b * 1e-3) < 1e-8));
+    assert!(again.mesh.positions.iter().zip(&body.positions).all(|(a, b)| a.distance(*b) < 1e-5));
     let back = channel(&again, Channel::TextureCoordinates);
     assert!(back.iter().zip(&body.rest_positions).all(|(found, rest)| (found[1] - uv(*rest)[1]).abs() < 1e-6));
 }
@@ -275,4 +275,78 @@ fn a_texture_is_judged_before_the_run() {
     assert!(error.contains("absent.png"), "{error}");
     let error = refused("bodies.0.mesh={ grid = { width = 24, height = 16, nx = 12, ny = 8 } }");
     assert!(error.contains("no texture coordinates"), "{error}");
+}
+
+/// A sheet of 12 mm with two charts that meet at x = 6: u is x/12, and a quarter more beyond. Drawn apart until torn, refined around tips.
+#[test]
+fn texture_seams_are_kept_while_a_sheet_tears() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |x: f64, y: f64, is_beyond: bool| [x / 12.0 + if is_beyond { 0.25 } else { 0.0 }, y / 12.0];
+    let mut text = String::new();
+    for (y, x) in (0..13).flat_map(|y| (0..13).map(move |x| (y, x))) {
+        text += &format!("v {x} {y} 0\n");
+        for is_beyond in [false, true] {
+            let [u, v] = of(f64::from(x), f64::from(y), is_beyond);
+            text += &format!("vt {u} {v}\n");
+        }
+    }
+    for (y, x) in (0..12).flat_map(|y| (0..12).map(move |x| (y, x))) {
+        let corner = |dx: usize, dy: usize| {
+            let vertex = 13 * (y + dy) + x + dx + 1;
+            format!("{vertex}/{}", 2 * vertex - usize::from(x < 6))
+        };
+        text += &format!("f {} {} {} {}\n", corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1));
+    }
+    std::fs::write(folder.path().join("sheet.obj"), text).unwrap();
+    let scene = "[scene]\nname = \"uv\"\n[run]\ndt = 5\nsteps = 60\nuntil_torn = true\n\
+        [output]\npictures = 0\nframes = 1\ngltf = true\nobj = true\nply = true\n\
+        [[bodies]]\nname = \"s\"\nmesh = { file = \"sheet.obj\" }\n\
+        material = { young = 1, poisson = 0.3, thickness = 0.1 }\ndamping = 2\n\
+        [bodies.tearing]\ntoughness_along_fibres = 0.002\ntoughness_across_fibres = 0.002\nradius = 1\n[bodies.refinement]\n\
+        [[bodies.cuts]]\npolyline = [[0, 6.3], [3, 6.3]]\n\
+        [[bodies.holds]]\nname = \"top\"\nregion = { y = 12 }\nmove = { offset = [0, 2, 0] }\ncurve = [[0, 0], [300, 1]]\n\
+        [[bodies.holds]]\nname = \"bottom\"\nregion = { y = 0 }\nmove = { offset = [0, -2, 0] }\ncurve = [[0, 0], [300, 1]]\n";
+    std::fs::write(folder.path().join("uv.toml"), scene).unwrap();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rhexis"));
+    let output = command.args(["run", "uv.toml"]).current_dir(folder.path()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let out = folder.path().join("out/uv");
+    let mut frames: Vec<_> = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path()).collect();
+    frames.retain(|path| path.extension().is_some_and(|extension| extension == "vtu"));
+    frames.sort();
+    let body = rhexis_cli::output::read_vtu(frames.last().unwrap()).unwrap();
+    assert!(body.positions.len() > 13 * 13 + 20, "it has torn");
+    let is_right = |triangle: usize, corner: usize, [u, v]: [f64; 2]| {
+        let points = body.triangles[triangle].map(|vertex| body.rest_positions[vertex as usize]);
+        let is_beyond = (points[0].x + points[1].x + points[2].x) / 3.0 > 6.0;
+        let [a, b] = of(points[corner].x, points[corner].y, is_beyond);
+        (a - u).abs() < 1e-6 && (b - v).abs() < 1e-6
+    };
+    // OBJ: the vertices of the body, and corners with a texture coordinate of their own.
+    let obj = std::fs::read_to_string(out.join("surface-0.obj")).unwrap();
+    let numbers = |line: &str| line.split(' ').map(|word| word.parse().unwrap()).collect::<Vec<f64>>();
+    let uv: Vec<Vec<f64>> = obj.lines().filter_map(|line| line.strip_prefix("vt ")).map(numbers).collect();
+    assert_eq!(obj.lines().filter(|line| line.starts_with("v ")).count(), body.positions.len());
+    for (triangle, face) in obj.lines().filter_map(|line| line.strip_prefix("f ")).enumerate() {
+        for (corner, word) in face.split(' ').enumerate() {
+            let mut parts = word.split('/').map(|part| part.parse::<usize>().unwrap());
+            assert_eq!(parts.next(), Some(body.triangles[triangle][corner] as usize + 1));
+            let uv = &uv[parts.next().unwrap() - 1];
+            assert!(is_right(triangle, corner, [uv[0], uv[1]]), "{triangle} {corner} {uv:?}");
+        }
+    }
+    // glTF: a vertex for each of its texture coordinates, and normals without a crease.
+    let found = found(&out.join("surface-0.glb"));
+    assert!(found.positions.len() >= body.positions.len() + 13, "{}", found.positions.len());
+    for (row, &vertex) in found.indices.iter().enumerate() {
+        let [u, v] = found.uv[vertex as usize].map(f64::from);
+        assert!(is_right(row / 3, row % 3, [u, 1.0 - v]), "{row} {u} {v}");
+    }
+    // Read again, it has its seam.
+    let again = read("a.glb", std::fs::read(out.join("surface-0.glb")).unwrap());
+    assert!(again.seams >= 13, "{}", again.seams);
+    let ply = read("a.ply", std::fs::read(out.join("surface-0.ply")).unwrap());
+    assert_eq!(channel(&ply, Channel::TextureCoordinates).len(), found.positions.len());
+    let told = rhexis_scene::Scene::load(&folder.path().join("uv.toml")).unwrap().check().unwrap().to_string();
+    assert!(told.contains("13 of them several texture coordinates"), "{told}");
 }

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use glam::DVec3;
 
 use super::draft::{Draft, Origin};
+use super::hanging::{self, Hanging};
 use rhexis::internal::{THINNEST, by_corners, slenderness};
 
 /// The most places of each kind that a message names.
@@ -13,6 +14,8 @@ const NAMED: usize = 4;
 /// Triangles and vertices that cannot be used.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Defects {
+    /// Polygons that cross themselves, are folded or overlap: filled by the triangles of the least area, a quad by its better diagonal.
+    pub folded: usize,
     /// Triangles without area: dropped.
     pub empty: usize,
     /// Triangles whose corners another one has: dropped.
@@ -23,6 +26,8 @@ pub struct Defects {
     pub third: usize,
     /// Vertices that join triangles without a common edge there: each fan gets its own.
     pub bowties: usize,
+    /// Vertices on the edge of a triangle that does not have them: split in. Without `repair` they are told and left.
+    pub hanging: usize,
     /// Where: a few of each.
     named: Vec<(&'static str, Vec<String>)>,
 }
@@ -30,7 +35,8 @@ pub struct Defects {
 impl Defects {
     /// Whether there are none.
     pub fn is_none(&self) -> bool {
-        [self.empty, self.double, self.crowded_edges, self.bowties].iter().all(|count| *count == 0)
+        let Self { folded, empty, double, crowded_edges, bowties, hanging, .. } = self;
+        [folded, empty, double, crowded_edges, bowties, hanging].iter().all(|count| **count == 0)
     }
 
     fn note(&mut self, kind: &'static str, place: impl FnOnce() -> String) {
@@ -46,6 +52,8 @@ impl Defects {
     /// All of them in words, each kind with its first places.
     pub fn text(&self) -> String {
         let kinds = [
+            (self.folded, FOLDED, "polygon(s) that cross themselves, are folded or overlap"),
+            (self.hanging, HANGING, "vertices on the edge of a triangle that does not have them"),
             (self.empty, EMPTY, "triangle(s) without area"),
             (self.double, DOUBLE, "double triangle(s)"),
             (self.crowded_edges, CROWDED, "edge(s) of more than two triangles"),
@@ -61,6 +69,8 @@ impl Defects {
     }
 }
 
+const FOLDED: &str = "folded";
+const HANGING: &str = "hanging";
 const EMPTY: &str = "empty";
 const DOUBLE: &str = "double";
 const CROWDED: &str = "crowded";
@@ -81,13 +91,44 @@ fn at(position: DVec3) -> String {
 }
 
 /// Drops and splits what cannot be used and counts it. `sources` are the rows of the vertices in the file, for those that are copied.
-pub(super) fn mend(draft: &mut Draft, sources: &mut Vec<u32>) -> Defects {
+/// Vertices that hang on an edge, or lie within `weld` of it, are split in by `repair`; else they are counted beside other defects.
+pub(super) fn mend(draft: &mut Draft, sources: &mut Vec<u32>, repair: bool, weld: f64) -> Defects {
     let mut defects = Defects::default();
+    for &triangle in &draft.folded {
+        defects.folded += 1;
+        defects.note(FOLDED, || place(draft, triangle as usize));
+    }
     drop_empty(draft, &mut defects);
     drop_double(draft, &mut defects);
+    let found = match repair {
+        true => hanging::split(draft, sources, weld),
+        false => hanging::hanging(&draft.positions, &draft.triangles, weld),
+    };
+    let mut hanging = Defects::default();
+    note_hanging(draft, &found, &mut hanging);
+    if repair && !found.is_empty() {
+        drop_empty(draft, &mut defects);
+        drop_double(draft, &mut defects);
+    }
     drop_third(draft, &mut defects);
     split_bowties(draft, sources, &mut defects);
+    if repair || !defects.is_none() {
+        defects.hanging = hanging.hanging;
+        defects.named.append(&mut hanging.named);
+    }
     defects
+}
+
+fn note_hanging(draft: &Draft, places: &[Hanging], defects: &mut Defects) {
+    let mut vertices: Vec<u32> = places.iter().map(|place| place.vertex).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    defects.hanging = vertices.len();
+    for hanging in places {
+        defects.note(HANGING, || {
+            format!("{} {}", at(draft.positions[hanging.vertex as usize]), place(draft, hanging.triangle))
+        });
+    }
 }
 
 fn keep(draft: &mut Draft, is_kept: &[bool]) {
@@ -101,6 +142,8 @@ fn keep(draft: &mut Draft, is_kept: &[bool]) {
     retain(&mut draft.triangles, is_kept);
     retain(&mut draft.cells, is_kept);
     retain(&mut draft.places, is_kept);
+    retain(&mut draft.rows, is_kept);
+    retain(&mut draft.textured, is_kept);
 }
 
 fn drop_empty(draft: &mut Draft, defects: &mut Defects) {

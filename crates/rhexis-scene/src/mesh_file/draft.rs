@@ -94,8 +94,12 @@ pub(super) struct Draft {
     pub cells: Vec<u32>,
     /// Line or number of each triangle.
     pub places: Vec<u32>,
+    /// The number of each triangle among those of the file, once these are all there.
+    pub rows: Vec<u32>,
     /// What `places` are.
     pub origin: Origin,
+    /// The first triangle of each polygon that crosses itself, is folded or overlaps, ascending.
+    pub folded: Vec<u32>,
     /// Arrays that were asked for.
     pub arrays: Vec<Array>,
     /// Names of the other arrays.
@@ -106,6 +110,8 @@ pub(super) struct Draft {
     pub is_soup: bool,
     /// Texture coordinates, normals and colours.
     pub decoration: Decoration,
+    /// The row of the decoration that has the texture coordinate of each corner.
+    pub textured: Vec<[u32; 3]>,
     /// Rows that were joined to others, ascending.
     pub joined: Vec<(u32, u32)>,
 }
@@ -115,7 +121,7 @@ impl Draft {
     /// stand in the draft.
     ///
     /// # Errors
-    /// For a number of corners that does not make the shape, and for a polygon that crosses or overlaps itself.
+    /// For a number of corners that does not make the shape, and for a polygon of too many.
     pub(super) fn push_cell(&mut self, shape: Shape, corners: &[u32], cell: usize, place: usize) -> Result<(), String> {
         let (name, fits) = match shape {
             Shape::Triangle => ("a triangle has three", corners.len() == 3),
@@ -131,12 +137,22 @@ impl Draft {
                 let [a, b, c] = [three[0], three[1], three[2]];
                 if number % 2 == 0 { [a, b, c] } else { [b, a, c] }
             })),
-            (Shape::Pixel, &[a, b, c, d]) => self.triangles.extend(polygon::triangles(&self.positions, &[a, b, d, c])?),
+            (Shape::Pixel, &[a, b, c, d]) => self.fill(&[a, b, d, c])?,
             (_, &[a, b, c]) => self.triangles.push([a, b, c]),
-            _ => self.triangles.extend(polygon::triangles(&self.positions, corners)?),
+            _ => self.fill(corners)?,
         }
         self.cells.resize(self.triangles.len(), u32::try_from(cell).unwrap_or(u32::MAX));
         self.places.resize(self.triangles.len(), u32::try_from(place).unwrap_or(u32::MAX));
+        self.textured.extend_from_slice(&self.triangles[self.textured.len()..]);
+        Ok(())
+    }
+
+    fn fill(&mut self, corners: &[u32]) -> Result<(), String> {
+        let filled = polygon::triangles(&self.positions, corners)?;
+        if filled.is_folded {
+            self.folded.push(self.triangles.len() as u32);
+        }
+        self.triangles.extend(filled.triangles);
         Ok(())
     }
 }

@@ -10,7 +10,7 @@ use super::{MeshFile, Reading, Tidied, weld};
 use rhexis::storage::{MeshError, TriangleMesh};
 
 /// Rounding of coordinates with seven digits, as a part of the largest: what a format of single numbers cannot tell apart.
-const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
+pub(super) const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 /// Why a surface is refused.
 pub(super) enum Refusal {
@@ -28,19 +28,22 @@ impl From<MeshError> for Refusal {
     }
 }
 
-/// Joins, mends and turns.
-pub(super) fn finish(mut draft: Draft, reading: &Reading) -> Result<MeshFile, Refusal> {
+/// Joins, mends, turns, and scales to millimetres.
+pub(super) fn finish(mut draft: Draft, reading: &Reading, scale: f64) -> Result<MeshFile, Refusal> {
     if draft.triangles.is_empty() {
         return Err(MeshError::Empty("triangles").into());
     }
     check_corners(&draft)?;
+    draft.decoration.vertices = draft.positions.len();
     let mut tidied = Tidied::default();
     let mut sources = drop_unused(&mut draft);
     if let Some(vertex) = draft.positions.iter().position(|p| !p.is_finite()) {
         return Err(MeshError::NonFinitePosition { vertex, position: draft.positions[vertex] }.into());
     }
     join(&mut draft, &mut sources, reading, &mut tidied);
-    let defects = mend(&mut draft, &mut sources);
+    draft.rows = (0..draft.triangles.len() as u32).collect();
+    let of_file = draft.triangles.len();
+    let defects = mend(&mut draft, &mut sources, reading.repair, reading.weld.unwrap_or(0.0));
     if !reading.repair && !defects.is_none() {
         return Err(Refusal::Defects(defects));
     }
@@ -57,6 +60,9 @@ pub(super) fn finish(mut draft: Draft, reading: &Reading) -> Result<MeshFile, Re
     if reading.flip {
         mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
     }
+    for ((rows, before), now) in draft.textured.iter_mut().zip(&before).zip(&mesh.triangles) {
+        *rows = now.map(|vertex| rows[before.iter().position(|own| *own == vertex).unwrap_or(0)]);
+    }
     let groups = groups(&draft, &sources);
     keep_asked(&mut draft, reading);
     let decorated = decorate(&mut draft, &sources, &mesh);
@@ -68,10 +74,16 @@ pub(super) fn finish(mut draft: Draft, reading: &Reading) -> Result<MeshFile, Re
         mesh,
         attributes: decorated.attributes,
         seams: decorated.seams,
+        textured: decorated.textured,
         fibres_from: None,
         tidied,
+        rows: std::mem::take(&mut draft.rows),
+        triangles_of_file: of_file,
     };
     fibres(&mut file, reading)?;
+    if scale != 1.0 {
+        file.mesh.positions.iter_mut().for_each(|p| *p *= scale);
+    }
     file.mesh.check()?;
     Ok(file)
 }

@@ -225,13 +225,15 @@ impl File<'_> {
             let Ok(numbers) = self.scaled_numbers(accessor.value(), kind) else { continue };
             for (row, own) in (first..first + count).zip(numbers.chunks_exact(components_of(kind))) {
                 match (kind, own) {
-                    (Type::Vec2, [u, v]) => draft.decoration.give(Channel::TextureCoordinates, row, &[*u, 1.0 - *v]),
+                    (Type::Vec2, [u, v]) => {
+                        _ = draft.decoration.give(Channel::TextureCoordinates, row, &[*u, 1.0 - *v])
+                    }
                     (Type::Vec3, &[x, y, z]) if is_normal => {
                         let normal = (normals * DVec3::new(x, y, z)).normalize_or_zero();
                         draft.decoration.give(Channel::Normal, row, &normal.to_array());
                     }
-                    (Type::Vec3, [r, g, b]) => draft.decoration.give(Channel::Colour, row, &[*r, *g, *b, 1.0]),
-                    (_, own) => draft.decoration.give(Channel::Colour, row, own),
+                    (Type::Vec3, [r, g, b]) => _ = draft.decoration.give(Channel::Colour, row, &[*r, *g, *b, 1.0]),
+                    (_, own) => _ = draft.decoration.give(Channel::Colour, row, own),
                 }
             }
         }

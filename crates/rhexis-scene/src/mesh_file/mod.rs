@@ -17,6 +17,7 @@ mod gltf;
 mod gmsh;
 mod gmsh_old;
 mod gmsh_scan;
+mod hanging;
 mod obj;
 mod off;
 mod ply;
@@ -40,6 +41,7 @@ pub use draft::{Array, On};
 use draft::{Draft, Wanted};
 use fault::Fault;
 use finish::{Refusal, finish};
+pub(crate) use hanging::{Hanging, ends, hanging};
 use rhexis::components::Attributes;
 use rhexis::internal::source;
 use rhexis::storage::{MeshError, TriangleMesh};
@@ -100,9 +102,12 @@ pub enum MeshFileError {
 /// How a mesh file is read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reading {
+    /// Millimetres per unit of the file, in place of those of the format: glTF is in metres, other formats are taken in mm.
+    pub scale: Option<f64>,
     /// Vertices so close \[units of the file\] become one. By itself STL and glTF join what rounding tells apart.
     pub weld: Option<f64>,
-    /// Whether triangles without area, double ones and those beyond two at an edge are dropped, and bowties split.
+    /// Whether triangles without area, double ones and those beyond two at an edge are dropped, bowties split, vertices on an edge of
+    /// another triangle split in, and polygons that cross themselves filled all the same.
     pub repair: bool,
     /// Whether all triangles are turned over in the end.
     pub flip: bool,
@@ -136,12 +141,18 @@ pub struct MeshFile {
     pub groups: Vec<(String, Vec<u32>)>,
     /// Texture coordinates, normals and colours of its vertices, each where every vertex has one.
     pub attributes: Option<Attributes>,
-    /// Vertices with several texture coordinates in the file, of which they have the first.
+    /// Vertices with several texture coordinates in the file, of which `attributes` have the first.
     pub seams: usize,
+    /// The texture coordinates of the corners of triangles, where such vertices are.
+    pub textured: Option<Vec<[[f64; 2]; 3]>>,
     /// Where the fibres come from, in words, if the file has any.
     pub fibres_from: Option<String>,
     /// What was mended.
     pub tidied: Tidied,
+    /// The number of each triangle among those of the file, before any was dropped or split.
+    pub rows: Vec<u32>,
+    /// Triangles of the file, before any was dropped or split.
+    pub triangles_of_file: usize,
 }
 
 impl MeshFile {
@@ -179,9 +190,26 @@ impl MeshFile {
         };
         Ok((values, components))
     }
+
+    /// The rows of a list that counts the triangles of the file, for each triangle of the mesh.
+    ///
+    /// # Errors
+    /// In words, for a list of another number of rows.
+    pub(crate) fn by_triangle<T: Clone>(&self, list: Vec<T>, from: &str) -> Result<Vec<T>, String> {
+        let triangles = self.mesh.triangles.len();
+        let (needed, of) = match self.rows.is_empty() || self.triangles_of_file == triangles {
+            true => (triangles, String::new()),
+            false => (self.triangles_of_file, format!(" in its file ({triangles} after `repair`)")),
+        };
+        match list.len() == needed {
+            true if self.rows.is_empty() => Ok(list),
+            true => Ok(self.rows.iter().map(|&row| list[row as usize].clone()).collect()),
+            false => Err(format!("{from} has {} entries, and the mesh {needed} triangles{of}", list.len())),
+        }
+    }
 }
 
-/// Reads a surface; the format follows from the extension, one of [`EXTENSIONS`]. Coordinates are taken as mm.
+/// Reads a surface; the format follows from the extension, one of [`EXTENSIONS`]. glTF is in metres, others are taken in mm.
 ///
 /// An array of three components with a usual name ([`Reading::fibres`]) gives the fibres.
 ///
@@ -250,11 +278,18 @@ fn parse(
     let read = format(name)?;
     let draft =
         encoding::unwrapped(bytes).and_then(|bytes| read(bytes, &wanted)).map_err(|fault| malformed(name, fault))?;
-    finish(draft, reading).map_err(|refusal| match refusal {
+    let scale = reading.scale.unwrap_or_else(|| millimetres(name));
+    finish(draft, reading, scale).map_err(|refusal| match refusal {
         Refusal::Fault(fault) => malformed(name, fault),
         Refusal::Mesh(error) => MeshFileError::Mesh { path: name.into(), error },
         Refusal::Defects(defects) => MeshFileError::Defects { path: name.into(), defects },
     })
+}
+
+/// Millimetres in the unit of a file's format.
+pub(crate) fn millimetres(path: &Path) -> f64 {
+    let is_gltf = path.extension().is_some_and(|own| ["glb", "gltf"].iter().any(|name| own.eq_ignore_ascii_case(name)));
+    if is_gltf { 1000.0 } else { 1.0 }
 }
 
 /// Reads the bytes of one format.

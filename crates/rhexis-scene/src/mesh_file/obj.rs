@@ -1,7 +1,7 @@
 //! Wavefront OBJ: vertices and faces in the order of the file, groups and objects by their names.
 //!
 //! Read here: vertices keep the numbers of the file, where readers on offer split those with several texture coordinates. Of these a
-//! vertex has the first that a face gives it; normals are averaged; an index of either that is not there gives nothing.
+//! vertex has the first that a face gives it, and a corner its own; normals are averaged; an index of either that is not there gives nothing.
 
 use std::collections::BTreeMap;
 
@@ -69,6 +69,7 @@ pub(super) fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
         }
     }
     let count = draft.positions.len();
+    draft.decoration.vertices = count;
     for (cell, (line, range)) in faces.into_iter().enumerate() {
         let face: Vec<u32> = corners[range]
             .iter()
@@ -81,9 +82,10 @@ pub(super) fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
                 );
                 Fault::at(line, format!("{what}; correct the index"))
             })?;
+        let first = draft.triangles.len();
         draft.push_cell(Shape::Polygon, &face, cell, line).map_err(|what| Fault::at(line, what))?;
+        beside.give(&face, first, &mut draft);
     }
-    beside.give(&corners, &mut draft);
     draft.groups = groups.into_iter().filter(|(_, members)| !members.is_empty()).collect();
     Ok(draft)
 }
@@ -102,6 +104,10 @@ struct Beside {
     normals: Vec<[f64; 3]>,
     /// Per corner their rows.
     of_corner: Vec<[Option<u32>; 2]>,
+    /// Corners whose vertices have been given theirs.
+    given: usize,
+    /// Rows of the decoration by vertex and texture coordinate, where the vertex has another one.
+    rows: BTreeMap<(u32, usize), u32>,
 }
 
 impl Beside {
@@ -116,18 +122,25 @@ impl Beside {
         }));
     }
 
-    /// Gives the vertices of corners what these name.
-    fn give(&self, corners: &[i64], draft: &mut Draft) {
-        for (&vertex, of_corner) in corners.iter().zip(&self.of_corner) {
-            let Ok(vertex) = u32::try_from(vertex) else { continue };
+    /// Gives the vertices of a face what its corners name, and the corners of its triangles from `first` on theirs.
+    fn give(&mut self, face: &[u32], first: usize, draft: &mut Draft) {
+        for (&vertex, of_corner) in face.iter().zip(&self.of_corner[self.given..]) {
             let [texture, normal] = of_corner.map(|row| row.map_or(usize::MAX, |row| row as usize));
-            if let Some(uv) = self.texture.get(texture) {
-                draft.decoration.give(Channel::TextureCoordinates, vertex, uv);
+            if let Some(uv) = self.texture.get(texture)
+                && !draft.decoration.give(Channel::TextureCoordinates, vertex, uv)
+            {
+                let row = self.rows.entry((vertex, texture)).or_insert_with(|| draft.decoration.add(*uv));
+                let corners = draft.triangles[first..].iter().zip(&mut draft.textured[first..]);
+                corners
+                    .flat_map(|(corners, rows)| corners.iter().zip(rows))
+                    .filter(|(corner, _)| **corner == vertex)
+                    .for_each(|(_, own)| *own = *row);
             }
             if let Some(normal) = self.normals.get(normal) {
                 draft.decoration.give(Channel::Normal, vertex, normal);
             }
         }
+        self.given += face.len();
     }
 }
 

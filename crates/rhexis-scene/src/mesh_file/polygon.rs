@@ -13,18 +13,29 @@ const THIN: f64 = 1e-6;
 /// Twice the area of a triangle over the square of the polygon's size, at which it has none.
 const EMPTY: f64 = 1e-12;
 
+/// The most corners of a polygon that crosses itself, is folded or overlaps: its filling takes the cube of their number.
+const MOST_FOLDED: usize = 32;
+
 /// Area of the triangles over that along the mean normal, from which on a polygon is no surface that its plane shows.
 const FOLDED: f64 = 1.5;
 
 /// Difference of the triangles' areas and the polygon's, relative, that rounding explains.
 const ROUNDING: f64 = 1e-6;
 
+/// A polygon as triangles.
+pub(super) struct Filled {
+    /// Corners.
+    pub triangles: Vec<[u32; 3]>,
+    /// Whether it crosses itself, is folded or overlaps.
+    pub is_folded: bool,
+}
+
 /// The triangles of a polygon. Convex ones are a fan about their corner of the lowest number; others the constrained Delaunay
-/// triangulation in the plane of their mean normal.
+/// triangulation in the plane of their mean normal. Those that cross themselves, are folded or overlap get the triangles of the least area.
 ///
 /// # Errors
-/// For a polygon that crosses or overlaps itself.
-pub(super) fn triangles(positions: &[DVec3], corners: &[u32]) -> Result<Vec<[u32; 3]>, String> {
+/// For a polygon of too many corners.
+pub(super) fn triangles(positions: &[DVec3], corners: &[u32]) -> Result<Filled, String> {
     let mut corners = corners.to_vec();
     // A quad with a corner twice in a row is how many programs write a triangle.
     if corners.len() > 3 {
@@ -38,25 +49,26 @@ pub(super) fn triangles(positions: &[DVec3], corners: &[u32]) -> Result<Vec<[u32
     let at = |corner: u32| positions.get(corner as usize).copied().filter(|p| p.is_finite());
     let points: Option<Vec<DVec3>> = corners.iter().map(|&corner| at(corner)).collect();
     // A single triangle, and corners that are no vertices or lie nowhere, are judged with the mesh as a whole.
-    let made = match points {
-        Some(points) if count > 3 => fan_or_fill(&points),
-        _ => Some((1..count.saturating_sub(1)).map(|i| [0, i, i + 1]).collect()),
+    let (made, is_folded) = match points {
+        Some(_) if count > MOST_CORNERS => return Err(too_many(count, "a polygon", MOST_CORNERS)),
+        Some(points) if count > 3 => match fan_or_fill(&points) {
+            Some(made) => (made, false),
+            None if count > MOST_FOLDED => {
+                return Err(too_many(count, "a polygon that crosses itself, is folded or overlaps", MOST_FOLDED));
+            }
+            None => (least_area(&points), true),
+        },
+        _ => ((1..count.saturating_sub(1)).map(|i| [0, i, i + 1]).collect(), false),
     };
-    let made = made.ok_or_else(|| {
-        let what = if count > MOST_CORNERS {
-            "are too many for one polygon"
-        } else {
-            "make a polygon that crosses itself, is folded or overlaps"
-        };
-        format!("its {count} corners {what}; save it as triangles")
-    })?;
-    Ok(made
-        .into_iter()
-        .map(|triangle| {
-            let [a, b, c] = triangle.map(|i| corners[i]);
-            if is_backward { [a, c, b] } else { [a, b, c] }
-        })
-        .collect())
+    let triangles = made.into_iter().map(|triangle| {
+        let [a, b, c] = triangle.map(|i| corners[i]);
+        if is_backward { [a, c, b] } else { [a, b, c] }
+    });
+    Ok(Filled { triangles: triangles.collect(), is_folded })
+}
+
+fn too_many(count: usize, of: &str, most: usize) -> String {
+    format!("its {count} corners are too many for {of}, which has {most} at the most; save it as triangles")
 }
 
 /// Rotates the list so that its lowest number is first, and turns it where the last is lower than the second; whether it did.
@@ -71,9 +83,6 @@ fn start_at_lowest(corners: &mut [u32]) -> bool {
 }
 
 fn fan_or_fill(points: &[DVec3]) -> Option<Vec<[usize; 3]>> {
-    if points.len() > MOST_CORNERS {
-        return None;
-    }
     let fan = |i: usize| [0, i, i + 1];
     let area = |t: [usize; 3]| (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]);
     let fans = 1..points.len() - 1;
@@ -91,6 +100,31 @@ fn fan_or_fill(points: &[DVec3]) -> Option<Vec<[usize; 3]>> {
         return Some(fans.map(fan).collect());
     }
     fill(points, whole, low, size)
+}
+
+/// The triangles of the least total area that a closed line of corners bounds: of a quad, those of the better diagonal.
+fn least_area(points: &[DVec3]) -> Vec<[usize; 3]> {
+    let count = points.len();
+    let area = |a: usize, b: usize, c: usize| (points[b] - points[a]).cross(points[c] - points[a]).length();
+    // Of the part between two corners, by the first and the last: its least area, and the third corner of the triangle at their line.
+    let mut least = vec![(0.0, 0); count * count];
+    for span in 2..count {
+        for first in 0..count - span {
+            let last = first + span;
+            let with = |k: usize| least[first * count + k].0 + least[k * count + last].0 + area(first, k, last);
+            let best = (first + 1..last).map(|k| (with(k), k)).min_by(|a, b| a.0.total_cmp(&b.0));
+            least[first * count + last] = best.unwrap_or_default();
+        }
+    }
+    let (mut made, mut parts) = (Vec::with_capacity(count), vec![(0, count - 1)]);
+    while let Some((first, last)) = parts.pop() {
+        if last > first + 1 {
+            let middle = least[first * count + last].1;
+            made.push([first, middle, last]);
+            parts.extend([(first, middle), (middle, last)]);
+        }
+    }
+    made
 }
 
 /// Whether no corner turns back: a fan whose triangles all face one way may still run round more than once.

@@ -19,9 +19,9 @@ pub struct FileSpec {
 /// How a mesh file is read: all keys but `path`.
 #[derive(Clone, Debug, Default)]
 pub struct ReadingSpec {
-    /// Millimetres per unit of the file. Default 1.
+    /// Millimetres per unit of the file. Default 1; for glTF, which is in metres, 1000.
     pub scale: Option<f64>,
-    /// The unit of the file. Default mm; in place of `scale`.
+    /// The unit of the file, in place of `scale`. Default mm; for glTF m.
     pub unit: Option<UnitSpec>,
     /// Angles \[°\] by which it is turned about x, then y, then z through the origin. Default none.
     pub rotate: Option<Point>,
@@ -29,7 +29,8 @@ pub struct ReadingSpec {
     pub translate: Option<Point>,
     /// Vertices no farther apart \[mm\] become one, ≥ 0. Default: STL and glTF join what rounding tells apart, others nothing.
     pub weld: Option<f64>,
-    /// Whether bowties are split, and empty, double and third triangles dropped. Default false: they are refused.
+    /// Whether bowties are split, empty, double and third triangles dropped and folded polygons filled, all of which is refused by default;
+    /// and vertices on the edge of another triangle split in. Default false.
     pub repair: bool,
     /// Whether all triangles are turned over. Default false.
     pub flip: bool,

@@ -107,7 +107,42 @@ fn polygons_that_cross_or_overlap_are_refused_by_line() {
     // A bow, and one that runs round twice.
     for face in ["1 3 2 4", "1 2 3 4 1 2 3 4"] {
         let message = refusal("a.obj", format!("{corners}f {face}\n"));
-        assert!(message.contains("a.obj:6: its "), "{message}");
+        assert!(message.contains("1 polygon(s) that cross themselves, are folded or overlap (line 6)"), "{message}");
+        assert!(message.contains("repair = true"), "{message}");
+    }
+    // More than can be filled in their cube.
+    let (count, ring) = (41, |i: usize| std::f64::consts::TAU * (2 * i) as f64 / 41.0);
+    let star: String = (0..count).map(|i| format!("v {} {} 0\n", ring(i).cos(), ring(i).sin())).collect();
+    let face: Vec<String> = (1..=count).map(|i| i.to_string()).collect();
+    let message = refusal("a.obj", format!("{star}f {}\n", face.join(" ")));
+    assert!(message.contains("a.obj:42: its 41 corners are too many for a polygon that crosses itself"), "{message}");
+    assert!(message.contains("has 32 at the most; save it as triangles"), "{message}");
+}
+
+#[test]
+fn folded_and_crossing_polygons_are_filled_by_repair_and_counted() {
+    let repair = Reading { repair: true, ..Reading::default() };
+    // A quad that is bent by more than 90 degrees along either diagonal, with a neighbour.
+    let folded = "v 0.4 0.9 0.5\nv 0.6 0.2 0\nv 0.3 0.1 0.5\nv 1 0.7 0.2\nv 0.8 0 0.8\nf 1 2 3 4\nf 2 1 5\n";
+    let file = with("a.obj", folded, &repair);
+    assert_eq!((file.mesh.triangles.len(), file.tidied.defects.folded), (3, 1));
+    let text = file.tidied.defects.text();
+    assert!(text.contains("1 polygon(s) that cross themselves, are folded or overlap (line 6)"), "{text}");
+    // Of both diagonals the one with the smaller area.
+    let of = |triangles: [[usize; 3]; 2]| {
+        let points = [dvec3(0.4, 0.9, 0.5), dvec3(0.6, 0.2, 0.0), dvec3(0.3, 0.1, 0.5), dvec3(1.0, 0.7, 0.2)];
+        let twice = triangles.map(|t| (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).length());
+        0.5 * (twice[0] + twice[1])
+    };
+    let (first, second) = (of([[0, 1, 2], [0, 2, 3]]), of([[0, 1, 3], [1, 2, 3]]));
+    let neighbour = 0.5 * (dvec3(0.2, -0.7, -0.5)).cross(dvec3(0.4, -0.9, 0.3)).length();
+    assert!((area(&file.mesh) - neighbour - first.min(second)).abs() < 1e-12, "{first} {second}");
+    // The same triangles from every corner; a bow, a spike, a star, and one that runs round twice are read as well.
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0 0\n";
+    for face in ["1 3 2 4", "1 2 5 4", "1 2 3 4 1 2 3 4"] {
+        let file = with("a.obj", format!("{corners}f {face}\n"), &repair);
+        assert_eq!(file.tidied.defects.folded, 1, "{face}");
+        file.mesh.check().unwrap_or_else(|error| panic!("{face}: {error}"));
     }
     let star: String = (0..5)
         .map(|i| {
@@ -115,8 +150,8 @@ fn polygons_that_cross_or_overlap_are_refused_by_line() {
             format!("v {cos} {sin} 0\n")
         })
         .collect();
-    let message = refusal("a.obj", format!("{star}f 1 2 3 4 5\n"));
-    assert!(message.contains("a.obj:6: its 5 corners make a polygon that crosses itself"), "{message}");
+    let file = with("a.obj", format!("{star}f 1 2 3 4 5\n"), &repair);
+    assert_eq!((file.mesh.triangles.len(), file.tidied.defects.folded), (3, 1));
 }
 
 /// Byte-order marks, carriage returns and Latin-1 in every format; UTF-16 as text.
@@ -358,7 +393,11 @@ pub fn glb() -> Vec<u8> {
 #[test]
 fn gltf_binary_and_text() {
     let file = with("a.glb", glb(), &Reading::default());
-    assert_eq!(file.mesh, square());
+    // The format is in metres.
+    let metres = TriangleMesh { positions: square().positions.iter().map(|p| *p * 1000.0).collect(), ..square() };
+    assert_eq!(file.mesh, metres);
+    let scaled = with("a.glb", glb(), &Reading { scale: Some(2.0), ..Reading::default() });
+    assert_eq!(scaled.mesh.positions[2], dvec3(2.0, 2.0, 0.5));
     assert_eq!(file.groups, [("skin".to_owned(), vec![0, 1, 2, 3])]);
     assert_eq!(file.tidied.joined, 2);
     let bytes = glb();
@@ -373,7 +412,7 @@ fn gltf_binary_and_text() {
     std::fs::write(folder.path().join("a.bin"), &bytes[28 + json_length..]).unwrap();
     let beside = json.replace("{\"byteLength\":84}", "{\"byteLength\":84,\"uri\":\"a.bin\"}");
     std::fs::write(folder.path().join("a.gltf"), &beside).unwrap();
-    assert_eq!(read(&folder.path().join("a.gltf")).unwrap(), square());
+    assert_eq!(read(&folder.path().join("a.gltf")).unwrap(), metres);
     for (text, told) in [
         (beside.clone(), "cannot read the buffer \"a.bin\""),
         (beside.replace("a.bin", "../a.bin"), "the buffer \"../a.bin\" lies elsewhere"),

@@ -1,6 +1,7 @@
 //! Mesh files: each format gives the same surface, each fault its message, and hostile files an error instead of a panic.
 
 mod as_they_are;
+mod hanging;
 mod hostile;
 mod per_triangle;
 mod reading;
@@ -179,21 +180,29 @@ fn polygons_are_filled_or_refused() {
         format!("{head}CELLS 1 {}\n{cell}\nCELL_TYPES 1\n{kind}\n", cell.split(' ').count())
     };
     for (name, text, told) in [
-        ("a.obj", format!("{bow}f 1 2 3 4\n"), "a.obj:5: its 4 corners make a polygon that crosses itself"),
+        (
+            "a.obj",
+            format!("{bow}f 1 2 3 4\n"),
+            "a.obj: 1 polygon(s) that cross themselves, are folded or overlap (line 5)",
+        ),
         ("a.obj", format!("{bow}f 1 2 3\nf 2 4\n"), "a.obj:6: a face needs at least three"),
         ("a.obj", format!("{bow}f 1 2 3\nf 2\n"), "a.obj:6: a face needs at least three"),
-        ("a.vtk", vtk("4 0 1 2 3", 9), "a.vtk: cell 0: its 4 corners make a polygon"),
+        ("a.vtk", vtk("4 0 1 2 3", 9), "a.vtk: 1 polygon(s) that cross themselves, are folded or overlap (cell 0)"),
         ("a.vtk", vtk("4 0 1 2 3", 5), "a.vtk: cell 0: it has 4 corners, and a triangle has three"),
         ("a.vtk", vtk("3 0 1 2", 9), "a.vtk: cell 0: it has 3 corners, and a quad has four"),
         ("a.vtk", vtk("3 0 1 2", 8), "a.vtk: cell 0: it has 3 corners, and a quad has four"),
         ("a.vtk", vtk("2 0 1", 7), "a.vtk: cell 0: it has 2 corners, and at least three"),
         ("a.vtk", vtk("2 0 1", 6), "a.vtk: cell 0: it has 2 corners, and at least three"),
         ("a.ply", PLY.replace("4 0 1 2 3", "2 0 1"), "a.ply:16: face 0: it has 2 corners"),
-        ("a.ply", PLY.replace("4 0 1 2 3", "4 0 2 1 3"), "a.ply:16: face 0: its 4 corners make a polygon"),
+        (
+            "a.ply",
+            PLY.replace("4 0 1 2 3", "4 0 2 1 3"),
+            "a.ply: 1 polygon(s) that cross themselves, are folded or overlap (line 16)",
+        ),
         (
             "a.msh",
             MSH.replace("2 1 2 2\n3 12 9 7\n4 12 7 8", "2 1 3 1\n3 12 7 9 8"),
-            "a.msh: element 3: its 4 corners make a polygon",
+            "a.msh: 1 polygon(s) that cross themselves, are folded or overlap (element 3)",
         ),
     ] {
         let message = refusal(name, text);

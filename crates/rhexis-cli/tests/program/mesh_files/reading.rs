@@ -27,7 +27,7 @@ pub(super) fn scene(files: &[(&str, &str)], lines: &str) -> Result<Scene, SceneE
 
 pub(super) const MATERIAL: &str = "material = { young = 1, poisson = 0.3, thickness = 0.1 }\n";
 
-fn force(files: &[(&str, &str)], lines: &str) -> f64 {
+pub(super) fn force(files: &[(&str, &str)], lines: &str) -> f64 {
     let mut instance = scene(files, lines).unwrap().instantiate().unwrap_or_else(|error| panic!("{error}"));
     instance.advance().unwrap();
     instance.simulation.reactions(instance.bodies[0]).unwrap()[1].1.x

@@ -6,19 +6,23 @@ use std::path::{Path, PathBuf};
 use super::as_they_are::{MSH_2, VTP, glb};
 use glam::{DVec3, dvec3};
 use rhexis::storage::TriangleMesh;
-use rhexis_scene::mesh_file::{MeshFileError, read};
+use rhexis_scene::mesh_file::{MeshFileError, Reading, read_with};
 
 pub fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-/// Writes a file and reads it as a mesh.
+/// Writes a file and reads it as a mesh, its numbers as they are.
 pub fn read_bytes(name: &str, bytes: impl AsRef<[u8]>) -> Result<TriangleMesh, MeshFileError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     fs::write(&path, bytes).unwrap();
-    read(&path)
+    read_with(&path, &AS_THEY_ARE).map(|file| file.mesh)
 }
+
+/// Numbers as they are, in files of metres too.
+pub const AS_THEY_ARE: Reading =
+    Reading { scale: Some(1.0), weld: None, repair: false, flip: false, fibres: None, arrays: Vec::new() };
 
 /// The unit square as the triangles 0 1 2 and 0 2 3, raised by 0.25 at vertex 2.
 pub fn square() -> TriangleMesh {
