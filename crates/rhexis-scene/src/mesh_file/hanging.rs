@@ -134,8 +134,9 @@ struct Tree<'a> {
 impl<'a> Tree<'a> {
     fn new(positions: &'a [DVec3], vertices: Vec<u32>) -> Self {
         let mut tree = Self { positions, axes: vec![0; vertices.len()], vertices };
-        let mut parts = vec![0..tree.vertices.len()];
-        while let Some(part) = parts.pop() {
+        let mut parts = vec![(0, tree.vertices.len())];
+        while let Some((start, end)) = parts.pop() {
+            let part = start..end;
             if part.len() <= LEAF {
                 continue;
             }
@@ -146,8 +147,8 @@ impl<'a> Tree<'a> {
             let middle = part.len() / 2;
             let at = |vertex: &u32| positions[*vertex as usize][axis];
             tree.vertices[part.clone()].select_nth_unstable_by(middle, |a, b| at(a).total_cmp(&at(b)));
-            tree.axes[part.start + middle] = axis as u8;
-            parts.extend([part.start..part.start + middle, part.start + middle + 1..part.end]);
+            tree.axes[start + middle] = axis as u8;
+            parts.extend([(start, start + middle), (start + middle + 1, end)]);
         }
         tree
     }
