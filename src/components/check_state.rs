@@ -1,7 +1,9 @@
 //! Checks of state: tables, their foundations, and values that a step remembers.
 
 use super::check::{Check, Host, MOST_COUNTED};
-use super::{Body, BodyError, EnergyAudit, Increment, Planar, Reactions, Refined, TearDecisions, TearLog};
+use super::{
+    Body, BodyError, EnergyAudit, FrictionContact, Increment, Planar, Reactions, Refined, TearDecisions, TearLog,
+};
 use crate::math::{MAX_COORDINATE, Sym2};
 use crate::storage::{Broken, NONE, Tips, Topology, Triangles, Vertices};
 
@@ -112,7 +114,16 @@ impl Check for Increment {
         let are_sized = start.len() == start_velocity.len() && [start, displacement].into_iter().all(is_sized);
         must("Increment", are_sized, "it is of another mesh")?;
         let mut values = [start, start_velocity, displacement, delta].into_iter().flatten();
-        must("Increment", values.all(|value| value.is_finite()) && self.dt.is_finite(), "it is not finite")
+        must("Increment", values.all(|value| value.is_finite()) && self.last.dt.is_finite(), "it is not finite")?;
+        let rubbing = self.last.friction.iter().flat_map(|friction| &friction.end);
+        let is_right = |contact: &FrictionContact| {
+            let [last, before] = contact.slip;
+            (contact.row as usize) < host.count
+                && contact.normal_force.is_finite()
+                && [contact.offset, last, before].iter().all(|value| value.is_finite())
+        };
+        must("Increment", rubbing.clone().all(is_right), "its friction is of another mesh or not finite")?;
+        must("Increment", rubbing.is_sorted_by_key(FrictionContact::key), "its friction is not in order")
     }
 }
 

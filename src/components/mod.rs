@@ -38,7 +38,9 @@ pub use derived::guide_constraints::GuideConstraints;
 #[doc(hidden)]
 pub use derived::outputs::Outputs;
 pub(crate) use derived::outputs::OutputsMut;
-pub(crate) use derived::solver_scratch::{ContactScratch, LocalRelaxation, MomentumBalance, Push, Touch};
+pub(crate) use derived::solver_scratch::{
+    ContactScratch, FrictionPoint, LocalRelaxation, MomentumBalance, Push, Touch,
+};
 #[doc(hidden)]
 pub use derived::solver_scratch::{LineSearch, SolverScratch, StepAccount, Sweeps};
 #[doc(hidden)]
@@ -78,6 +80,9 @@ pub use state::guard_ledger::GuardLedger;
 #[doc(hidden)]
 pub use state::increment::Increment;
 pub use state::increment::Reactions;
+pub(crate) use state::last_step::FrictionContact;
+#[doc(hidden)]
+pub use state::last_step::LastStep;
 pub(crate) use state::ligament_failure::LigamentFailure;
 #[doc(hidden)]
 pub use state::obstacle_motion::{ContactForces, ObstacleMotion};

@@ -83,7 +83,7 @@ impl Simulation {
                 is_step_limited: ledger.is_step_limited,
                 any_substep_limited: increment.any_substep_limited,
                 any_vertex_projected: increment.any_vertex_projected,
-                relaxed_vertices: increment.relaxed,
+                relaxed_vertices: increment.relaxed as usize,
                 hand_ahead: ahead.max(behind),
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,

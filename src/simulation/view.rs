@@ -111,7 +111,7 @@ impl Simulation {
             triangle_keys: triangles.keys(),
             attributes,
             start: &increment.start,
-            start_dt: increment.dt,
+            start_dt: increment.last.dt,
             is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
         })
     }

@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// The version of the format that this build writes. Snapshots are read from [`migrate::OLDEST`] on, recordings and runs, which promise the same
 /// bits, of this one alone.
-pub(crate) const VERSION: u16 = 18;
+pub(crate) const VERSION: u16 = 19;
 
 const FACTORS_FLAG: u16 = 1;
 const IS_COMPRESSED: u16 = 2;

@@ -1,6 +1,6 @@
 //! A number that tells two states apart.
 
-use crate::components::{Body, Grips, GuardLedger, JawsTarget};
+use crate::components::{Body, Grips, GuardLedger, Increment, JawsTarget};
 use crate::math::Sym2;
 use crate::storage::{Tips, Triangles, Vertices};
 use glam::DVec3;
@@ -43,11 +43,11 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
     let mut hash = Numbers(Xxh3::new());
     hash.whole(step);
     hash.real(time);
-    let mut query =
-        world.query::<(&Body, &Vertices, &Triangles, Option<&Tips>, Option<&Grips>, Option<&GuardLedger>)>();
+    type Memory<'a> = (Option<&'a Grips>, Option<&'a GuardLedger>, Option<&'a Increment>);
+    let mut query = world.query::<(&Body, &Vertices, &Triangles, Option<&Tips>, Memory)>();
     let mut bodies: Vec<_> = query.iter().collect();
     bodies.sort_unstable_by_key(|(body, ..)| body.order);
-    for (body, vertices, triangles, tips, grips, ledger) in bodies {
+    for (body, vertices, triangles, tips, (grips, ledger, increment)) in bodies {
         hash.whole(u64::from(body.order));
         hash.keys(vertices.keys());
         for column in [&vertices.position, &vertices.velocity, &vertices.rest_position] {
@@ -88,6 +88,14 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
                 hash.points(&[pose.position]);
                 pose.orientation.to_array().into_iter().chain([*pace]).for_each(|value| hash.real(value));
             }
+        }
+        // Not of bodies that rub on nothing.
+        for contact in
+            increment.iter().flat_map(|increment| &increment.last.friction).flat_map(|friction| &friction.end)
+        {
+            hash.row(contact.row);
+            hash.points(&[contact.offset, contact.slip[0], contact.slip[1]]);
+            hash.real(contact.normal_force);
         }
         // Not of bodies whose holds go all their way.
         if let Some(ledger) = ledger.filter(|ledger| ledger.hold_pace > 0.0) {

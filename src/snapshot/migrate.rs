@@ -10,7 +10,8 @@ use std::borrow::Cow;
 pub(super) const OLDEST: u16 = 14;
 
 /// Conversions of a body from a version to the next one, from [`OLDEST`] on.
-const STEPS: [fn(Vec<u8>) -> Vec<u8>; (VERSION - OLDEST) as usize] = [with_writer, as_it_is, as_it_is, as_it_is];
+const STEPS: [fn(Vec<u8>) -> Vec<u8>; (VERSION - OLDEST) as usize] =
+    [with_writer, as_it_is, as_it_is, as_it_is, as_it_is];
 
 /// A body of this version as one of the present version.
 pub(super) fn to_present(version: u16, body: &[u8]) -> Cow<'_, [u8]> {
@@ -29,6 +30,7 @@ fn with_writer(mut body: Vec<u8>) -> Vec<u8> {
 
 /// 15 to 16: another layout of a factor's block; an old block is skipped on reading. 16 to 17: a tear's mode is followed by its rate; the largest
 /// speed of older bytes is skipped on reading. 17 to 18: a pinch may have a target; older bytes are those of one without.
+/// 18 to 19: friction may follow the last time step.
 fn as_it_is(body: Vec<u8>) -> Vec<u8> {
     body
 }

@@ -7,12 +7,13 @@
 //! are judged in the same way at their deepest point; and none passes through one, whatever comes of that.
 
 mod faces;
+pub mod friction;
 mod side;
 mod sweeps;
 
 use crate::components::{
-    Contact, ContactScratch, ExternalStiffness, Forces, Increment, Obstacle, ObstacleMotion, ObstaclePath, Push,
-    SolveResult, SolverScratch, Touch,
+    Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstacleMotion, ObstaclePath, Push, SolveResult,
+    SolverScratch, Touch,
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -33,9 +34,6 @@ const DEEP: f64 = 0.05;
 
 /// See [`bearable`]: of the least half width.
 const BEARABLE: f64 = 0.1;
-
-/// The slip in a step, over the length of an edge, from which on friction is Coulomb's; below it is in proportion to the slip.
-const STICKING: f64 = 1e-3;
 
 /// Vertices that are judged side by side before those in touch are listed in order: enough for all threads, and little memory.
 const WINDOW: usize = 4096;
@@ -75,6 +73,11 @@ impl Travel {
             None => start + self.offset,
             Some((turn, anchor)) => turn * (start - anchor) + anchor + self.offset,
         }
+    }
+
+    /// A direction that goes with the obstacle.
+    fn turned(&self, u: DVec3) -> DVec3 {
+        self.turn.map_or(u, |(turn, _)| turn * u)
     }
 
     fn is_none(&self) -> bool {
@@ -158,7 +161,7 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     if obstacles.is_empty() {
         // Touches of obstacles that are gone.
-        world.query_mut::<&mut SolverScratch>().with::<&Contact>().into_iter().for_each(|s| s.contact.touched.clear());
+        world.query_mut::<&mut SolverScratch>().with::<&Contact>().into_iter().for_each(|s| s.contact.begin());
         return 0;
     }
     type Query<'a> = (
@@ -168,33 +171,17 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
     parallel::for_bodies::<Query>(
         world,
         |((vertices, _, _, _, result, _), _)| result.rows_to_solve(vertices.len()),
-        |((vertices, triangles, topology, increment, _, contact), (forces, external, scratch))| {
-            let ContactScratch { forces: of_obstacles, is_known, touched, .. } = &mut *scratch.contact;
-            of_obstacles.clear();
-            touched.clear();
+        |((vertices, triangles, topology, increment, result, contact), (forces, external, scratch))| {
+            let scratch = &mut *scratch.contact;
+            scratch.begin();
             let mut is_held = [false; WINDOW];
-            *is_known = true;
             for (place, (entity, moved)) in (0..).zip(&obstacles) {
+                let touched = &mut scratch.touched;
                 let push = |v: usize| {
                     let (start, x) = (increment.start[v], vertices.position[v]);
                     let Held { depth, normal } = held(moved, start, x)?;
                     let stiffness = stiffness(contact, triangles, topology, v);
-                    let mut block = Sym3::outer(normal) * stiffness;
-                    let mut force = normal * (depth * stiffness);
-                    if contact.friction > 0.0 {
-                        let slipped = |x: DVec3| moved.1.slip(start, x);
-                        let along = |u: DVec3| u - normal * u.dot(normal);
-                        // By how much it slips is taken from the guess; the force then grows with the slip that comes. Newton's
-                        // method has been there already.
-                        let slip = along(slipped(x));
-                        let guess = if step.newton_iterations > 1 { DVec3::ZERO } else { increment.delta[v] };
-                        let expected = along(slipped(x + guess)).length();
-                        let least = STICKING * topology.vertex_area(triangles, v as u32).sqrt();
-                        let brake = contact.friction * depth * stiffness / expected.max(least);
-                        force -= slip * brake;
-                        block += (Sym3::IDENTITY - Sym3::outer(normal)) * brake;
-                    }
-                    Some(Push { force, block })
+                    Some(Push { force: normal * (depth * stiffness), block: Sym3::outer(normal) * stiffness })
                 };
                 let first_touch = touched.len();
                 for first in (0..vertices.len()).step_by(WINDOW) {
@@ -207,8 +194,13 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                 parallel::for_rows(&mut touched[first_touch..], |_, touch| {
                     Push { force: touch.force, block: touch.block } = push(touch.row as usize).unwrap_or_default();
                 });
+                scratch.forces.push((*entity, DVec3::ZERO));
+                if contact.friction > 0.0 {
+                    let of = (&moved.1, contact.friction);
+                    friction::add(scratch, first_touch, of, (vertices, increment, result), step);
+                }
                 let mut sum = DVec3::ZERO;
-                for touch in &touched[first_touch..] {
+                for touch in &scratch.touched[first_touch..] {
                     forces.nodal[touch.row as usize] += touch.force;
                     external.block[touch.row as usize] += touch.block;
                     sum += touch.force;
@@ -216,11 +208,11 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                 let add = |v: usize, Push { force, block }: Push| {
                     forces.nodal[v] += force;
                     external.block[v] += block;
-                    touched.push(Touch { place, row: v as u32, force, block });
+                    scratch.touched.push(Touch { place, row: v as u32, force, block });
                     sum += force;
                 };
                 faces::push(moved, contact, (vertices, triangles, &increment.start[..]), add);
-                of_obstacles.push((*entity, sum));
+                *scratch.of(*entity) = sum;
             }
         },
     )

@@ -158,7 +158,7 @@ impl Verdict {
         let somewhere = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
         if let Self::SolvedFurther(_, _, true) | Self::Kept(_, true) = self {
             increment.delta.copy_from_slice(&scratch.relaxation.way);
-            increment.relaxed = increment.relaxed.max(scratch.relaxation.len());
+            increment.relaxed = increment.relaxed.max(scratch.relaxation.len() as u32);
         }
         if let Self::SolvedFurther(sum, fraction, _) = self {
             if let Some(place) = place {

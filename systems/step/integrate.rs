@@ -54,11 +54,13 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.start.clone_from(&vertices.position);
             increment.start_velocity.clone_from(&vertices.velocity);
             increment.displacement.resize(n, DVec3::ZERO);
-            let scale = if step.is_static || increment.dt <= 0.0 { 0.0 } else { step.stage_dt() / increment.dt };
+            let last_dt = increment.last.dt;
+            let scale = if step.is_static || last_dt <= 0.0 { 0.0 } else { step.stage_dt() / last_dt };
             increment.delta.clear();
             increment.delta.extend(increment.displacement.iter().map(|&u| u * scale));
             increment.displacement.fill(DVec3::ZERO);
-            increment.dt = step.dt;
+            increment.last.dt = step.dt;
+            increment.last.begin();
             increment.unapplied = if step.is_static { 0.0 } else { 1.0 };
 
             if step.is_static {

@@ -3,6 +3,7 @@
 mod balance;
 mod contact;
 mod contact_passing;
+mod friction;
 mod grips;
 mod limited_grasps;
 mod lips;

@@ -167,6 +167,33 @@ pub(crate) struct Touch {
     pub block: Sym3,
 }
 
+/// Friction of an obstacle at a vertex, as evaluated.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FrictionPoint {
+    /// Place of the obstacle among the forces.
+    pub place: u32,
+    /// Row of the vertex.
+    pub row: u32,
+    /// Place of the vertex among those in touch.
+    pub touch: u32,
+    /// Normal of the contact.
+    pub normal: DVec3,
+    /// Stiffness of the contact, along the normal and across it \[N/mm\].
+    pub stiffness: f64,
+    /// Tangential way from the place where the vertex sticks, at the start of the step \[mm\].
+    pub start: DVec3,
+    /// Tangential way from there at the evaluation \[mm\].
+    pub offset: DVec3,
+    /// Whether the vertex slips in the evaluation.
+    pub slips: bool,
+    /// Stiffness of the spring across the normal, a secant where the vertex slips \[N/mm\].
+    pub spring: f64,
+    /// Whether the force along the slip is constant in the solve.
+    pub is_constant: bool,
+    /// Normal force in the answer of the solve \[N\].
+    pub normal_force: f64,
+}
+
 /// Forces of obstacles on a body in its last solve, with the impulses of the corrections after it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactScratch {
@@ -179,9 +206,25 @@ pub(crate) struct ContactScratch {
     was_known: bool,
     /// Forces at every vertex in touch.
     pub touched: Vec<Touch>,
+    /// Friction at the vertices in touch, by obstacle and row.
+    pub friction_points: Vec<FrictionPoint>,
+    /// Friction at the evaluation before.
+    pub friction_points_before: Vec<FrictionPoint>,
 }
 
 impl ContactScratch {
+    /// Begins an evaluation.
+    pub(crate) fn begin(&mut self) {
+        for point in &mut self.friction_points {
+            point.normal_force = self.touched[point.touch as usize].force.dot(point.normal).max(0.0);
+        }
+        self.forces.clear();
+        self.touched.clear();
+        std::mem::swap(&mut self.friction_points, &mut self.friction_points_before);
+        self.friction_points.clear();
+        self.is_known = true;
+    }
+
     /// Keeps the forces of the last step.
     fn keep(&mut self) {
         self.before.clone_from(&self.forces);

@@ -1,6 +1,6 @@
 //! Start and progress of a step, and its legacy to the next: the first guess and the forces of holds.
 
-use crate::components::{FreeAxes, GuardFigures};
+use crate::components::{FreeAxes, GuardFigures, LastStep};
 use crate::event::GuardPlace;
 use crate::storage::EditRecord;
 use crate::storage::room::grow;
@@ -53,9 +53,9 @@ pub struct Increment {
     pub creates_at: Option<GuardPlace>,
     /// Largest number of vertices relaxed locally in one sub-step.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub relaxed: usize,
-    /// The time step that `displacement` belongs to \[ms\].
-    pub dt: f64,
+    pub relaxed: u32,
+    /// Length of the step that `displacement` belongs to, and friction in it.
+    pub last: LastStep,
 }
 
 impl Increment {
@@ -88,11 +88,13 @@ impl Increment {
         self.delta.fill(DVec3::ZERO);
         let stages = [&mut self.start_acceleration, &mut self.middle_displacement, &mut self.middle_velocity];
         stages.into_iter().for_each(Vec::clear);
+        self.last.forget_attempt();
     }
 
     /// Follows an edit: new and moved vertices take the blend of their parents, and the one that a collapse removes is gone.
     pub fn follow(&mut self, record: &EditRecord) {
         self.slack_energy = None;
+        self.last.follow(record);
         let Self { start, start_velocity, displacement, middle_displacement, middle_velocity, .. } = self;
         for values in [start, start_velocity, displacement, middle_displacement, middle_velocity] {
             for (row, parents) in record.created() {

@@ -6,6 +6,7 @@ pub(super) mod forceps;
 pub(super) mod guard;
 pub(super) mod guard_ledger;
 pub(super) mod increment;
+pub(super) mod last_step;
 pub(super) mod ligament_failure;
 pub(super) mod obstacle_motion;
 pub(super) mod refined;

@@ -34,6 +34,8 @@ pub enum Stage {
     Judge,
     /// Selects and counts the bodies of which a solve has carried a vertex deep into an obstacle, or through it.
     Penetrating,
+    /// Selects and counts the bodies whose friction is far from its law in the answer.
+    Slipping,
     /// Depenetration where the rounds of contact are used up and a vertex is still deep in an obstacle.
     Depenetrate,
     /// Clamp against tunnelling: after contact in each pass, and after the corrector solve.
@@ -110,6 +112,7 @@ pub const STEP: &[System] = &[
     system("solve: end", Stage::Solved, systems::solver::solve::end),
     system("energy guard: end", Stage::Judge, systems::guard::nonlinear::enforce),
     system("contact: penetrating", Stage::Penetrating, systems::contact::penetrating),
+    system("contact: slipping", Stage::Slipping, systems::contact::friction::far_from_law),
     system("contact: depenetrate", Stage::Depenetrate, systems::contact::depenetrate),
     system("contact: prevent tunnelling", Stage::PreventTunnelling, systems::contact::prevent_tunnelling),
     system("criterion", Stage::Decide, systems::fracture::criterion::criterion),
@@ -117,6 +120,7 @@ pub const STEP: &[System] = &[
     system("energy audit: account", Stage::Account, systems::guard::audit::account),
     system("momentum: account", Stage::Account, systems::guard::momentum::account),
     system("grip: feel", Stage::Account, systems::tools::grip::feel),
+    system("contact: settle friction", Stage::Account, systems::contact::friction::settle),
     system("split", Stage::Tear, systems::fracture::split::split),
     system("energy audit: edits", Stage::Tear, systems::guard::audit::edits),
     system("split: unfinished", Stage::Unfinished, systems::fracture::unfinished),

@@ -209,12 +209,14 @@ fn a_turning_rod_twists_what_it_pushes() {
     let vertices = simulation.world().get::<&Vertices>(body.entity()).unwrap();
     // Thirty times the membrane's own E·h at each vertex under the rod's end, which stands at 0.35 mm.
     let (stiffness, top) = (30.0 * 0.1, 0.35);
-    let (mut pushed, mut twisted) = (0.0, 0.0);
+    let (mut pushed, mut twisted, mut unsure) = (0.0, 0.0, 0.0);
     for x in vertices.position.iter().filter(|x| x.z < top && x.truncate().length() < 2.0) {
         pushed += stiffness * (top - x.z);
         twisted += 0.3 * stiffness * (top - x.z) * x.truncate().length();
+        // A way along the surface is found to enter from such a depth on: a hundred spheres do not lead to less.
+        unsure += if top - x.z < 1e-8 { stiffness * (top - x.z) } else { 0.0 };
     }
-    assert!(pushed > 0.01 && (force.z / pushed - 1.0).abs() < 1e-9, "{force} {pushed}");
+    assert!(pushed > 0.01 && (force.z - pushed).abs() <= 1e-9 * pushed + unsure, "{force} {pushed} {unsure}");
     assert!(force.truncate().length() < 1e-3 * force.z, "{force}");
     // The rim is held against it, to the tolerance of the accurate settings and what has not died down.
     assert!((torque / twisted + 1.0).abs() < 0.005, "{torque} {twisted}");
