@@ -85,7 +85,7 @@ fn laden(cells: [usize; 2]) -> (Simulation, BodyId) {
         .with(Springs { anchors })
         .with(Grips::new(vec![grip]))
         .with(Drag { coefficient: 1e-6 })
-        .with(Contact { stiffness: Some(1.0), friction: 0.0 })
+        .with(Contact { stiffness: Some(1.0), friction: 0.0, ..Contact::default() })
         // Weak enough that every sample's tip advances; no step before does, as the blade falls after them.
         .with(Tearing {
             strength_along_fibres: 1e-4,

@@ -89,6 +89,15 @@ pub struct BodyReport {
     /// limited.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub hand_ahead: f64,
+    /// Pairs of parts of the body that repelled each other in the last solve, by its [contact with itself](crate::components::SelfContact).
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub self_contacts: u32,
+    /// Vertices that were held back at the end of the step, lest layers of the body pass through each other: no solve had kept them apart.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub layers_held_back: u32,
+    /// Pairs of triangles that had passed through each other at the start of the step: they are left alone until they are apart.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub layers_overlapping: u32,
     /// Steps since the body was spawned in which a tear that was to advance waited, no faster than Rayleigh waves.
     pub tear_held_back: u32,
     /// Largest criterion at a tip that waited so; zero before the first.

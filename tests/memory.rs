@@ -39,7 +39,7 @@ fn laden(cells: [usize; 2]) -> Membrane {
         ..Tearing::default()
     })
     .with(Refinement::default())
-    .with(Contact { stiffness: Some(0.01), friction: 0.0 })
+    .with(Contact { stiffness: Some(0.01), friction: 0.0, ..Contact::default() })
     .with(Drag { coefficient: 1e-6 })
     .with(Gravity { acceleration: DVec3::X * 1e-6 })
     .with(Damping { time: 0.1 })

@@ -35,6 +35,7 @@ pub use derived::evaluation::{ExternalStiffness, Forces};
 pub use derived::free_axes::{EachFree, FreeAxes};
 #[doc(hidden)]
 pub use derived::guide_constraints::GuideConstraints;
+pub(crate) use derived::layers::{Layers, Pair, PairSpring};
 #[doc(hidden)]
 pub use derived::outputs::Outputs;
 pub(crate) use derived::outputs::OutputsMut;
@@ -63,6 +64,7 @@ pub use parameter::loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use parameter::material::Material;
 pub use parameter::obstacle::{Contact, Obstacle, ObstaclePath, Shape};
 pub use parameter::refinement::Refinement;
+pub use parameter::self_contact::SelfContact;
 pub use parameter::sleeping::Sleeping;
 pub use parameter::springs::{Anchor, Springs};
 pub use parameter::tearing::{InadmissibleToughness, TearMode, TearRate, Tearing, Toughness};

@@ -92,6 +92,10 @@ pub(crate) fn complete(entity: &mut impl Give) {
         entity.ensure::<DihedralAngles>();
         entity.ensure::<BendingPasses>();
     }
+    let with_band = |contact: &Contact| entity.look(|triangles: &Triangles| contact.with_band(triangles)).flatten();
+    if let Some(contact) = entity.look(with_band).flatten() {
+        entity.give(contact);
+    }
     if entity.has::<Springs>() || entity.has::<Grips>() || entity.has::<Drag>() || entity.has::<Contact>() {
         entity.ensure::<ExternalStiffness>();
     }

@@ -1,7 +1,7 @@
 //! The report of a step or a static solve, and the part kept of one that is undone.
 
 use super::Simulation;
-use crate::components::{Body, Grips, GuardLedger, Increment, Refined, Sleeping, SolveResult, TearLog};
+use crate::components::{Body, Grips, GuardLedger, Increment, Refined, Sleeping, SolveResult, SolverScratch, TearLog};
 use crate::event::{Event, EventKind};
 use crate::report::{BodyReport, GuardFigures};
 use crate::storage::{BodyId, Tips, Triangles, Vertices};
@@ -48,18 +48,23 @@ impl Simulation {
         report.bodies.clear();
         type Query<'a> = (
             (Entity, &'a Vertices, &'a Triangles, Option<&'a Tips>, &'a TearLog),
-            (&'a Increment, &'a SolveResult, &'a GuardLedger),
+            (&'a Increment, &'a SolveResult, &'a GuardLedger, &'a SolverScratch),
             (Option<&'a Sleeping>, Option<&'a Refined>, Option<&'a Grips>),
             Held<'a>,
         );
         let mut bodies = world.query::<Query>().with::<&Body>();
-        for ((body, vertices, triangles, tips, log), (increment, result, ledger), (sleeping, refined, grips), held) in
-            &mut bodies
+        for (
+            (body, vertices, triangles, tips, log),
+            (increment, result, ledger, scratch),
+            (sleeping, refined, grips),
+            held,
+        ) in &mut bodies
         {
             let closed = grips.iter().flat_map(|grips| &grips.pinches).filter(|pinch| pinch.is_closed());
             let ahead = closed.map(|pinch| pinch.hand_ahead(report.time)).fold(0.0, f64::max);
             let is_behind = increment.any_substep_limited || ledger.hold_pace > 0.0;
             let behind = if is_behind { behind(vertices, (held, grips), report.time) } else { 0.0 };
+            let layers = scratch.contact.layers.as_deref();
             report.bodies.push(BodyReport {
                 body: body.into(),
                 vertex_count: vertices.len(),
@@ -85,6 +90,9 @@ impl Simulation {
                 any_vertex_projected: increment.any_vertex_projected,
                 relaxed_vertices: increment.relaxed as usize,
                 hand_ahead: ahead.max(behind),
+                self_contacts: layers.map_or(0, |layers| layers.touching),
+                layers_held_back: layers.map_or(0, |layers| layers.held_back),
+                layers_overlapping: layers.map_or(0, |layers| layers.overlapping),
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,
                 guard: *increment.guard,

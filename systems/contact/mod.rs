@@ -8,12 +8,13 @@
 
 mod faces;
 pub mod friction;
+pub mod layers;
 mod side;
 mod sweeps;
 
 use crate::components::{
-    Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstacleMotion, ObstaclePath, Push, SolveResult,
-    SolverScratch, Touch,
+    Contact, ExternalStiffness, Forces, Grips, Increment, Obstacle, ObstacleMotion, ObstaclePath, Planar, Push,
+    SolveResult, SolverScratch, Touch,
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -218,16 +219,23 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
     )
 }
 
-/// Marks for another solve the bodies of which the last one has carried a vertex deep into an obstacle, or through it. Returns their number.
+/// Marks for another solve the bodies of which the last one has carried a vertex deep into an obstacle, or through it, or layers through each other.
+/// Returns their number.
 pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
-    if obstacles.is_empty() {
+    let touches_itself = |contact: &Contact| contact.self_contact.is_some();
+    if obstacles.is_empty() && !world.query_mut::<&Contact>().into_iter().any(touches_itself) {
         return 0;
     }
     let mut count = 0;
-    type Query<'a> =
-        ((&'a Vertices, &'a Triangles, &'a Topology, &'a Increment), &'a mut SolveResult, Option<&'a Contact>);
-    for ((vertices, triangles, topology, increment), result, contact) in world.query_mut::<Query>() {
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
+        (&'a mut SolveResult, &'a mut SolverScratch),
+        (Option<&'a Contact>, Option<&'a Grips>, Option<&'a Planar>),
+    );
+    for ((vertices, triangles, topology, increment), (result, scratch), (contact, grips, planar)) in
+        world.query_mut::<Query>()
+    {
         let is_carried = result.newton_iterations > 0 && result.is_in_step;
         let asks = contact.filter(|_| is_carried).is_some_and(|contact| {
             let looked_at = looked_at(&obstacles, increment, contact);
@@ -237,9 +245,12 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
                 let is_deeper = |(moved, held): (&Moved, Held)| held.depth > limit().max(bearable(moved, contact));
                 looked_at.iter().any(|(_, moved)| place(moved).is_some_and(|held| is_deeper((moved, held))))
             };
-            !looked_at.is_empty()
+            let is_in_obstacle = !looked_at.is_empty()
                 && ((0..vertices.len()).any(is_deep)
-                    || has_deep_face(&looked_at, contact, &increment.start, (vertices, triangles)))
+                    || has_deep_face(&looked_at, contact, &increment.start, (vertices, triangles)));
+            let own = contact.self_contact.filter(|_| !is_in_obstacle && planar.is_none());
+            let mesh = (vertices, triangles, topology);
+            is_in_obstacle || own.is_some_and(|own| layers::asks(mesh, &increment.start, &own, (scratch, grips)))
         });
         // A body whose budget allows no other solve is put outside after the last round.
         result.select(asks && step.affords(result, 1));

@@ -26,6 +26,8 @@ pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
         |((vertices, triangles, topology, frames, increment, _), forces, external, damping)| {
             if let Some(external) = external {
                 external.block.clear();
+                external.pairs.clear();
+                external.pair_block.clear();
                 grow(&mut external.block, vertices.len(), vertices.position.capacity());
                 external.block.resize(vertices.len(), Sym3::ZERO);
             }

@@ -174,6 +174,12 @@ impl Operator<'_> {
         self.external.map_or(mass, |e| mass + e.block[v].to_mat())
     }
 
+    /// The vertex block of `v` and the part of springs between layers on the diagonal \[N/mm\].
+    pub fn own_block(&self, v: usize) -> DMat3 {
+        let pairs = self.external.and_then(|external| external.pair_block.get(v));
+        self.vertex_block(v) + pairs.map_or(DMat3::ZERO, |block| block.to_mat())
+    }
+
     /// `out` = A·u \[N\] for u \[mm\]; returns Σ u·(A·u) over the free axes.
     pub fn apply(
         &self,
@@ -187,6 +193,9 @@ impl Operator<'_> {
             self.apply_membrane(&self.frames.flat, u, memory, out);
         } else {
             self.apply_membrane(&self.frames.solid, u, memory, out);
+            if let Some(external) = self.external {
+                external.add_pairs(u, out);
+            }
         }
         parallel::sum_rows(out, partials, |v, out| {
             let own = match self.external {
@@ -238,6 +247,9 @@ impl Operator<'_> {
                 }
             }
         }
+        if let Some(external) = self.external {
+            external.add_pairs(u, out);
+        }
         if let Some(folds) = self.folds
             && u.iter().any(|u| *u != DVec3::ZERO)
         {
@@ -250,7 +262,8 @@ impl Operator<'_> {
         let corners = &self.triangles.corners;
         let is_exact = self.tangent == Tangent::Exact;
         let bending = self.folds.map(|folds| folds.product_at(v, corners, self.topology, u, is_exact));
-        let own = self.vertex_block(v) * u[v] + bending.unwrap_or_default();
+        let pairs = self.external.map_or(DVec3::ZERO, |external| external.pairs_at(v, u));
+        let own = self.vertex_block(v) * u[v] + bending.unwrap_or_default() + pairs;
         self.topology.incident[v].iter().fold(own, |sum, &c| {
             let (t, corner) = (c as usize / 3, c as usize % 3);
             sum + self.triangle_product(t, self.triangles.corners[t].map(|v| u[v as usize]))[corner]
@@ -260,7 +273,7 @@ impl Operator<'_> {
     /// The 3×3 block of vertex `v` on the diagonal \[N/mm\]; dihedrals included, load stiffness has none.
     pub fn diagonal_block(&self, v: usize) -> DMat3 {
         let incident = &self.topology.incident[v];
-        let own = self.vertex_block(v) + self.folds.map_or(DMat3::ZERO, |folds| self.bending_block(folds, v));
+        let own = self.own_block(v) + self.folds.map_or(DMat3::ZERO, |folds| self.bending_block(folds, v));
         incident.iter().fold(own, |sum, &c| sum + self.element(c as usize / 3).diagonal_block(c as usize % 3))
     }
 

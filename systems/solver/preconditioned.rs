@@ -97,6 +97,10 @@ pub fn solve(
     if let Some((mixed, _)) = &mut available.mixed {
         mixed.forget_operator();
     }
+    if operator.external.is_some_and(|external| !external.pairs.is_empty()) {
+        // Factors have only the diagonal of springs between layers, so that none is of the present operator.
+        available.factor = None;
+    }
     let mut guides = Guides::begin(operator, memory.passes, scratch);
     let attempts = available.attempts(operator, &scratch.free, guides.is_some());
     let mut solve = Solve { operator, params: *params, guides: guides.as_mut(), memory, x, scratch };

@@ -180,7 +180,7 @@ fn friction_holds_a_sheet_in_a_static_solve() {
         // Weight 1e-3 g/mm³·0.1 mm·g = 1e-4·g per mm²: with g = 100 mm/ms² 0.01 N per mm of length.
         let strip = strip.with(Gravity { acceleration: DVec3::NEG_Z * 100.0 });
         let mut simulation = Simulation::new(Settings::default()).unwrap();
-        let body = simulation.spawn(strip.with(Contact { stiffness: None, friction })).unwrap();
+        let body = simulation.spawn(strip.with(Contact { stiffness: None, friction, ..Contact::default() })).unwrap();
         simulation
             .spawn_obstacle(Obstacle { shape: Shape::Plane { point: DVec3::Z * 1e-6, normal: DVec3::Z } })
             .unwrap();
@@ -207,7 +207,7 @@ fn friction_holds_a_sheet_on_a_slope_up_to_its_coefficient() {
         let mesh = generate::grid(4.0, 4.0, 8, 8).unwrap();
         let sheet = Membrane::new("sheet", mesh, Material::isotropic(3.0, 0.3, 0.05));
         let sheet = sheet.with(Gravity { acceleration: DVec3::new(0.3, 0.0, -1.0) * 9.81e-3 });
-        let sheet = sheet.with(Contact { stiffness: None, friction });
+        let sheet = sheet.with(Contact { stiffness: None, friction, ..Contact::default() });
         let mut simulation = Simulation::new(Settings::default()).unwrap();
         let body = simulation.spawn(sheet).unwrap();
         let shape = Shape::Plane { point: DVec3::NEG_Z * 1e-6, normal: DVec3::Z };

@@ -5,6 +5,7 @@ mod contact;
 mod contact_passing;
 mod friction;
 mod grips;
+mod layers;
 mod limited_grasps;
 mod lips;
 mod tools;

@@ -169,7 +169,10 @@ fn absurd(kind: usize, s: &mut Simulation, actors: [hecs::Entity; 4], way: Way, 
         8 => put(s, body, way, Drag { coefficient: d.number() }),
         9 => put(s, body, way, PreStretch { strain: Sym2 { xx: d.number(), yy: d.number(), xy: d.number() } }),
         10 => put(s, body, way, StiffeningFibres { k1: d.number(), k2: d.number() }),
-        11 => put(s, body, way, Contact { stiffness: d.some(), friction: d.number() }),
+        11 => {
+            let self_contact = d.some().map(|radius| SelfContact { radius, band: d.some() });
+            put(s, body, way, Contact { stiffness: d.some(), friction: d.number(), self_contact })
+        }
         12 => put(s, body, way, Bending { stiffness: d.some() }),
         13 => {
             let tearing = Tearing {

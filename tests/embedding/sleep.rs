@@ -105,7 +105,11 @@ fn whatever_acts_on_a_body_wakes_it() {
     let curve = Curve::new(vec![(0.0, 0.0), (100.0, 0.3), (5000.0, 0.3), (5100.0, 0.4)]).unwrap();
     let sheet = Square { tearing: strong(), ..Square::new([20, 16], 60.0) }.out_of_plane(curve);
     let body = simulation
-        .spawn(sheet.with(Contact { stiffness: Some(0.01), friction: 0.0 }).with(Sleeping::default()))
+        .spawn(
+            sheet
+                .with(Contact { stiffness: Some(0.01), friction: 0.0, ..Contact::default() })
+                .with(Sleeping::default()),
+        )
         .unwrap();
     let far = DVec3::new(15.0, 15.0, 100.0);
     let ball = simulation.spawn_obstacle(Obstacle { shape: Shape::Sphere { centre: far, radius: 2.0 } }).unwrap();
@@ -249,7 +253,7 @@ fn contact_leaves_a_body_alone_that_falls_asleep_in_the_first_stage() {
         // So large a strain that the push of the ball does not keep the sheet awake.
         let sleeping = Sleeping { strain, steps: 1, ..Sleeping::default() };
         let sheet = Membrane::new("sheet", generate::grid(4.0, 4.0, 4, 4).unwrap(), Material::allard_2009());
-        let contact = Contact { stiffness: None, friction: 0.2 };
+        let contact = Contact { stiffness: None, friction: 0.2, ..Contact::default() };
         let body = simulation.spawn(sheet.with(contact).with(sleeping)).unwrap();
         let ball = Shape::Sphere { centre: dvec3(2.0, 2.0, from), radius: 1.0 };
         let up = Path { points: vec![(0.0, DVec3::ZERO), (4.0, DVec3::Z * rise)] };

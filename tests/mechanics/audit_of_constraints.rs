@@ -108,7 +108,7 @@ fn putting_tissue_outside_a_moving_obstacle_is_a_term_of_its_own() {
         .with(tearing)
         .with(Damping { time: 2.0 })
         .with(Drag { coefficient: 1e-4 })
-        .with(Contact { stiffness: None, friction: 0.2 })
+        .with(Contact { stiffness: None, friction: 0.2, ..Contact::default() })
         .with(EnergyAudit::default());
     let body = simulation.spawn(skin).unwrap();
     let shape = Shape::Sphere { centre: DVec3::new(0.3, 0.1, -3.01), radius: 3.0 };

@@ -62,7 +62,7 @@ fn loaded_sheet() -> Membrane {
         .with(EdgeLoads { groups: vec![edge] })
         .with(springs)
         .with(Grips::new(vec![grip]))
-        .with(Contact { stiffness: Some(0.1), friction: 0.0 })
+        .with(Contact { stiffness: Some(0.1), friction: 0.0, ..Contact::default() })
         .with(PreStretch { strain: Sym2::new(0.02, 0.01, 0.0) })
         .with(EnergyAudit::default())
 }

@@ -186,7 +186,7 @@ fn a_triangle_beside_held_corners_is_put_outside_an_obstacle_by_no_more_than_twi
             let held = sheet.select(|p| p.x < 9.0 || p.y < 4.0).into_iter().map(|v| (v, DVec3::ZERO));
             let members = Attached::new(held);
             let hold = Hold { name: "most".into(), members, axes: [true; 3], curve: Curve::constant(0.0) };
-            let sheet = sheet.hold(hold).with(Contact { stiffness: Some(0.1), friction: 1.0 });
+            let sheet = sheet.hold(hold).with(Contact { stiffness: Some(0.1), friction: 1.0, ..Contact::default() });
             let (mut simulation, body) = spawn(Settings::default(), sheet);
             let sphere = |centre| Shape::Sphere { centre, radius: 3.0 };
             let obstacle = simulation.spawn_obstacle(Obstacle { shape: sphere(DVec3::Z * 50.0) }).unwrap();

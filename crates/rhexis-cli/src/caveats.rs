@@ -34,6 +34,17 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     );
     counted(t.vertices_projected, "vertices were put back outside an obstacle, where no solve had left them");
     counted(
+        t.layers_held_back,
+        &format!("up to {} vertices were held back, lest layers of a body pass through each other", t.most_held_back),
+    );
+    counted(
+        t.layers_overlapping,
+        &format!(
+            "layers of a body overlapped in up to {} pairs of triangles, which are left alone",
+            t.most_overlapping
+        ),
+    );
+    counted(
         t.cut_short,
         "a tear could have gone on when the step had used up run.max_tear_passes, run.budget or run.advanced.static_advances",
     );

@@ -271,6 +271,12 @@ pub(super) struct SolverFigures {
     pub most_relaxed_vertices: usize,
     /// Steps at whose end vertices were put back outside an obstacle.
     pub vertices_projected: Count,
+    /// Steps at whose end vertices were held back, lest layers of a body pass through each other; the most at once.
+    pub layers_held_back: Count,
+    pub most_held_back_vertices: u32,
+    /// Steps at whose start layers of a body overlapped; the most pairs of triangles at once.
+    pub layers_overlapping: Count,
+    pub most_overlapping_triangles: u32,
     /// Steps in which a tear could have gone on when the resumes, the budget or the rounds were used up.
     pub cut_short: Count,
     /// Steps in which the budget had no room for the second solve of a tear that was due.
@@ -352,6 +358,10 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             relaxed: t.relaxed,
             most_relaxed_vertices: t.most_relaxed,
             vertices_projected: t.vertices_projected,
+            layers_held_back: t.layers_held_back,
+            most_held_back_vertices: t.most_held_back,
+            layers_overlapping: t.layers_overlapping,
+            most_overlapping_triangles: t.most_overlapping,
             cut_short: t.cut_short,
             tear_undecided: t.tear_undecided,
             hands_ahead: t.hands_ahead,

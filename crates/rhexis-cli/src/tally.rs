@@ -50,6 +50,16 @@ pub(super) struct Tally {
     pub most_relaxed: usize,
     /// Steps at whose end vertices were put back outside an obstacle.
     pub vertices_projected: Count,
+    /// Steps at whose end vertices were held back, lest layers of a body pass through each other; the most at once.
+    #[serde(default)]
+    pub layers_held_back: Count,
+    #[serde(default)]
+    pub most_held_back: u32,
+    /// Steps at whose start layers of a body overlapped; the most pairs of triangles at once.
+    #[serde(default)]
+    pub layers_overlapping: Count,
+    #[serde(default)]
+    pub most_overlapping: u32,
     /// Steps that were given up.
     pub failed: Count,
     /// Sub-steps undone and retried.
@@ -158,6 +168,13 @@ impl Tally {
         self.relaxed.note(relaxed > 0, o.step);
         self.most_relaxed = self.most_relaxed.max(relaxed);
         self.vertices_projected.note(report.bodies.iter().any(|body| body.any_vertex_projected), o.step);
+        let [held_back, overlapping] =
+            [|body: &BodyReport| body.layers_held_back, |body: &BodyReport| body.layers_overlapping]
+                .map(|count| report.bodies.iter().map(count).max().unwrap_or(0));
+        self.layers_held_back.note(held_back > 0, o.step);
+        self.most_held_back = self.most_held_back.max(held_back);
+        self.layers_overlapping.note(overlapping > 0, o.step);
+        self.most_overlapping = self.most_overlapping.max(overlapping);
         self.failed.note(report.has_failed, o.step);
         self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
         self.tear_undecided.note(report.bodies.iter().any(|body| body.is_tear_undecided), o.step);

@@ -15,7 +15,7 @@ use super::{grasp, held, mesh_file, per_triangle, shape};
 use glam::DVec3;
 use rhexis::components::{
     Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Material, PointLoads,
-    PreStretch, Pressure, Refinement, Sleeping, TearMode, TearRate, Tearing, Toughness,
+    PreStretch, Pressure, Refinement, SelfContact, Sleeping, TearMode, TearRate, Tearing, Toughness,
 };
 use rhexis::membrane::{BodyError, Membrane};
 use std::collections::BTreeMap;
@@ -202,7 +202,19 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
     if let Some(contact) = &spec.contact {
         let stiffness = contact.stiffness.map(|k| positive(at("contact.stiffness"), k, "N/mm³")).transpose()?;
         let friction = not_negative(at("contact.friction"), contact.friction, "")?;
-        membrane = membrane.with(Contact { stiffness, friction });
+        let self_contact = match &contact.self_contact {
+            Some(_) if spec.planar => {
+                let what = "a body that `planar` keeps in its plane has no layers";
+                return Err(Fault::new(at("contact.self_contact"), what, "remove one of the two"));
+            }
+            Some(own) => {
+                let radius = positive(at("contact.self_contact.radius"), own.radius, "mm")?;
+                let key = at("contact.self_contact.band");
+                Some(SelfContact { radius, band: own.band.map(|band| not_negative(key, band, "mm")).transpose()? })
+            }
+            None => None,
+        };
+        membrane = membrane.with(Contact { stiffness, friction, self_contact });
     }
     if let Some(SleepSpec { strain, steps }) = spec.sleep {
         if steps == 0 {

@@ -1,5 +1,6 @@
 //! Values that a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
+use crate::components::PairSpring;
 use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
 use crate::storage::Triangles;
 use crate::storage::room::grow;
@@ -124,4 +125,30 @@ pub struct Forces {
 pub struct ExternalStiffness {
     /// −∂f/∂x per vertex.
     pub block: Vec<Sym3>,
+    /// Springs between layers of the body that touch.
+    pub(crate) pairs: Vec<PairSpring>,
+    /// Their blocks on the diagonal, per vertex; empty without any.
+    pub(crate) pair_block: Vec<Sym3>,
+}
+
+impl ExternalStiffness {
+    /// Adds the forces \[N\] of the springs between layers for a displacement \[mm\].
+    pub(crate) fn add_pairs(&self, u: &[DVec3], out: &mut [DVec3]) {
+        for spring in &self.pairs {
+            let force = spring.force(u);
+            for (&row, &weight) in spring.rows.iter().zip(&spring.weights) {
+                out[row as usize] += force * weight;
+            }
+        }
+    }
+
+    /// Force \[N\] of these springs at one vertex.
+    pub(crate) fn pairs_at(&self, v: usize, u: &[DVec3]) -> DVec3 {
+        if self.pair_block.get(v).is_none_or(|block| *block == Sym3::ZERO) {
+            return DVec3::ZERO;
+        }
+        let ends =
+            self.pairs.iter().flat_map(|spring| spring.rows.iter().zip(&spring.weights).map(move |end| (spring, end)));
+        ends.filter(|(_, (row, _))| **row as usize == v).map(|(spring, (_, weight))| spring.force(u) * *weight).sum()
+    }
 }

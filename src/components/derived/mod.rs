@@ -4,6 +4,7 @@ pub(super) mod changes;
 pub(super) mod evaluation;
 pub(super) mod free_axes;
 pub(super) mod guide_constraints;
+pub(super) mod layers;
 pub(super) mod outputs;
 pub(super) mod solver_scratch;
 pub(super) mod stops;

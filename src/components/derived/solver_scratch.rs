@@ -1,6 +1,6 @@
 //! Working memory of a body's solves.
 
-use crate::components::{Frames, FreeAxes, GuideConstraints, Increment, Outputs, OutputsMut, Stops};
+use crate::components::{Frames, FreeAxes, GuideConstraints, Increment, Layers, Outputs, OutputsMut, Stops};
 use crate::math::Sym3;
 use glam::{DVec2, DVec3};
 use hecs::Entity;
@@ -210,6 +210,8 @@ pub(crate) struct ContactScratch {
     pub friction_points: Vec<FrictionPoint>,
     /// Friction at the evaluation before.
     pub friction_points_before: Vec<FrictionPoint>,
+    /// Contact of the body with itself, where it has any.
+    pub layers: Option<Box<Layers>>,
 }
 
 impl ContactScratch {

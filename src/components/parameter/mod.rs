@@ -19,7 +19,10 @@ pub(super) mod obstacle;
 pub(super) mod obstacle_check;
 pub(super) mod refinement;
 #[cfg(feature = "snapshot")]
+mod saved_contact;
+#[cfg(feature = "snapshot")]
 mod saved_tearing;
+pub(super) mod self_contact;
 pub(super) mod sleeping;
 pub(super) mod solid;
 pub(super) mod springs;

@@ -2,6 +2,7 @@
 
 use crate::components::Hull;
 use crate::components::Path;
+use crate::components::SelfContact;
 use crate::components::Turning;
 use crate::components::parameter::solid;
 use glam::{DMat3, DVec3};
@@ -120,13 +121,14 @@ impl ObstaclePath {
 /// an obstacle thinner than an edge does not pierce the body between vertices. Friction acts at vertices alone. In a static solve
 /// the slip is the way since its start, as of one slow straight motion. *Parameter.*
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {
-    /// Penalty stiffness per rest area \[N/mm³\], > 0: pressure over penetration. Without it thirty times the membrane's own
+    /// Penalty stiffness of obstacles per rest area \[N/mm³\], > 0: pressure over penetration. Without it thirty times the membrane's own
     /// stiffness at every vertex, for which a body at rest is less than a hundredth of an edge inside.
     pub stiffness: Option<f64>,
-    /// Coefficient μ of Coulomb's friction, ≥ 0.
+    /// Coefficient μ of Coulomb's friction with obstacles, ≥ 0.
     pub friction: f64,
+    /// Contact of the body with itself; `None` for none.
+    pub self_contact: Option<SelfContact>,
 }
 
 impl Shape {

@@ -74,8 +74,9 @@ impl Check for ObstaclePath {
 }
 
 impl Check for Contact {
-    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+    fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
         self.stiffness.map_or(Ok(()), |stiffness| positive("Contact", "contact stiffness", stiffness))?;
-        not_negative("Contact", "contact friction", self.friction)
+        not_negative("Contact", "contact friction", self.friction)?;
+        self.self_contact.map_or(Ok(()), |own| own.check(host))
     }
 }

@@ -31,7 +31,7 @@ impl OperatorCopy {
         parallel::for_rows(&mut blocks, |t, blocks| *blocks = operator.element(t).blocks());
         let loads = if operator.pressure == 0.0 { 0 } else { corners.len() };
         let loads = (0..loads).map(|t| operator.edge_loads(t)).collect();
-        parallel::for_rows(&mut own, |v, own| *own = operator.vertex_block(v));
+        parallel::for_rows(&mut own, |v, own| *own = operator.own_block(v));
         let hinges = operator.folds.map_or_else(Vec::new, |folds| folds.hinges(&corners).collect());
         Self { corners, blocks, loads, own, hinges, free: free.clone() }
     }

@@ -39,7 +39,20 @@ pub(super) struct Matrix {
     /// Twice the starts of the blocks' vertices.
     segment_start: Vec<u32>,
     /// Bending, where there is any.
-    folding: Option<BendingPacks>,
+    folding: Option<Box<BendingPacks>>,
+    /// Springs between layers that touch.
+    pairs: Vec<RowPair>,
+    /// Their blocks on the diagonal, for preconditioners; empty without any.
+    pair_blocks: Vec<Block>,
+}
+
+/// A spring between layers.
+#[derive(Clone, Copy, Debug)]
+struct RowPair {
+    rows: [u32; 4],
+    weights: Vec4,
+    normal: Vec4,
+    stiffness: f32,
 }
 
 impl Matrix {
@@ -58,6 +71,7 @@ impl Matrix {
             let v = vertex[row] as usize;
             (operator.vertex_block(v), free[v])
         });
+        self.assemble_pairs(operator, order);
         size(&mut self.segments, 2 * partition.vertex.len(), Vec4::ZERO);
         empty(&mut self.segment_start, partition.vertex_start.len());
         self.segment_start.extend(partition.vertex_start.iter().map(|start| 2 * start));
@@ -68,6 +82,36 @@ impl Matrix {
             }
             None => self.folding = None,
         }
+    }
+
+    fn assemble_pairs(&mut self, operator: &Operator, order: &Order) {
+        self.pairs.clear();
+        self.pair_blocks.clear();
+        let Some(external) = operator.external.filter(|external| !external.pairs.is_empty()) else { return };
+        self.pairs.extend(external.pairs.iter().map(|spring| RowPair {
+            rows: spring.rows.map(|v| order.row[v as usize]),
+            weights: Vec4::from_array(spring.weights.map(|weight| weight as f32)),
+            normal: spring.normal.as_vec3().extend(0.0),
+            stiffness: spring.stiffness as f32,
+        }));
+        self.pair_blocks.extend(order.vertex.iter().map(|&v| {
+            let block = external.pair_block[v as usize].to_mat();
+            [block.x_axis, block.y_axis, block.z_axis].map(|column| column.as_vec3().extend(0.0))
+        }));
+    }
+
+    /// Adds the products of the springs between layers; returns their part of u·(A·u).
+    fn add_pairs(&self, u: &[Vec4], out: &mut [Vec4]) -> f64 {
+        let mut product = 0.0;
+        for pair in &self.pairs {
+            let way: f32 = (0..4).map(|i| pair.normal.dot(u[pair.rows[i] as usize]) * pair.weights[i]).sum();
+            let force = pair.stiffness * way;
+            product += f64::from(force) * f64::from(way);
+            for (i, &row) in pair.rows.iter().enumerate() {
+                out[row as usize] += pair.normal * (force * pair.weights[i]) * self.vertex_blocks.free(row as usize);
+            }
+        }
+        product
     }
 
     /// Calls `diagonal(row, block)` and `edge((pack, edge, lane), rows, block)` for the 3×3 or 2×2 blocks of the triangles of some of the
@@ -114,17 +158,19 @@ impl Matrix {
         out: &mut [Vec4],
         partials: &mut Vec<f64>,
     ) -> f64 {
-        let Self { packs, flat_packs, is_flat, vertex_blocks: own, segments, segment_start, folding } = self;
+        let Self { packs, flat_packs, is_flat, vertex_blocks: own, segments, segment_start, folding, .. } = self;
         if let Some(folding) = folding {
             folding.bend(u);
         }
-        let folding = folding.as_ref();
+        let folding = folding.as_deref();
         if *is_flat {
             parallel::for_parts(segments, segment_start, &FlatBlocks { packs: flat_packs, partition, u });
             parallel::sum_chunks(out, partials, &Rows { own, blocks: &own.flat, segments, partition, u })
         } else {
             parallel::for_parts(segments, segment_start, &Blocks { packs, partition, u, folding });
-            parallel::sum_chunks(out, partials, &Rows { own, blocks: &own.solid, segments, partition, u })
+            let product =
+                parallel::sum_chunks(out, partials, &Rows { own, blocks: &own.solid, segments, partition, u });
+            product + self.add_pairs(u, out)
         }
     }
 }
@@ -161,7 +207,12 @@ impl OfPacks for Block {
 
     #[inline(always)]
     fn own(matrix: &Matrix, row: usize) -> Self {
-        if matrix.is_flat { matrix.vertex_blocks.flat[row].in_space() } else { matrix.vertex_blocks.solid[row] }
+        let mut own =
+            if matrix.is_flat { matrix.vertex_blocks.flat[row].in_space() } else { matrix.vertex_blocks.solid[row] };
+        if let Some(pairs) = matrix.pair_blocks.get(row) {
+            block::add(&mut own, pairs);
+        }
+        own
     }
 }
 

@@ -205,7 +205,7 @@ mod tests {
         schedule.insert(Place::Before("solve"), "last", nothing).unwrap();
         let all = names(&schedule);
         let at = all.iter().position(|name| *name == "contact").unwrap();
-        assert_eq!(all[at..at + 4], ["contact", "first", "second", "sleep"]);
+        assert_eq!(all[at..at + 4], ["contact", "first", "second", "layers: push apart"]);
         let solve = all.iter().position(|name| *name == "solve").unwrap();
         assert_eq!(all[solve - 1], "last");
         assert_eq!(schedule.entries[solve - 1].stage, Stage::Solve);

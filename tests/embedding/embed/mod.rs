@@ -166,7 +166,10 @@ fn debug_lines_show_what_there_is() {
     run.step();
     let floor = Obstacle { shape: Shape::Plane { point: DVec3::Z * 0.1, normal: DVec3::Z } };
     run.simulation.spawn_obstacle(floor).unwrap();
-    run.simulation.world_mut().insert_one(run.body.entity(), Contact { stiffness: Some(0.1), friction: 0.0 }).unwrap();
+    run.simulation
+        .world_mut()
+        .insert_one(run.body.entity(), Contact { stiffness: Some(0.1), friction: 0.0, ..Contact::default() })
+        .unwrap();
     let (mut lines, mut none) = (Vec::new(), Vec::new());
     run.simulation.debug_lines(run.body, &DebugLines::all(0.5), &mut lines).unwrap();
     let nothing = DebugLines { frames: false, fibres: false, stress: None, tips: false, contacts: false, grips: false };

@@ -168,3 +168,30 @@ fn a_mesh_narrower_than_the_edges_of_the_tissue_that_feels_it_is_a_note() {
     assert!(!told(&format!("{STRIP}{obstacle}")));
     assert!(!told(&format!("{felt}{}", obstacle.replace("translate", "scale = 4, translate"))));
 }
+
+#[test]
+fn layers_that_overlap_are_a_note_and_a_planar_body_has_none() {
+    let folder = tempfile::tempdir().unwrap();
+    // Two squares of 2 mm that cross.
+    let mesh = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 0.5 -1\nv 1.1 1.5 -1\nv 1.1 1.5 1\nv 1 0.5 1\n\
+                f 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n";
+    std::fs::write(folder.path().join("crossed.obj"), mesh).unwrap();
+    let scene = "[scene]\nname = 'crossed'\n[run]\ndt = 5\nsteps = 2\n[output]\npictures = 0\nframes = 0\n[[bodies]]\nname = 'crossed'\n\
+                 mesh = { file = 'crossed.obj' }\nmaterial = { young = 1, poisson = 0.3, thickness = 0.1 }\n\
+                 contact = { self_contact = { radius = 0.05, band = 0 } }\n";
+    let path = folder.path().join("crossed.toml");
+    let run = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        let out = folder.path().join("out");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rhexis"));
+        let done = command.args(["run"]).arg(&path).arg("--out").arg(&out).stdin(Stdio::null()).output().unwrap();
+        let text = [done.stdout, done.stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
+        (done.status.success(), text)
+    };
+    let (is_done, printed) = run(scene);
+    assert!(is_done && printed.contains("layers of a body overlapped in up to"), "{printed}");
+    let (is_done, printed) = run(&scene.replace("radius = 0.05", "radius = 2"));
+    assert!(!is_done && printed.contains("half a mean edge"), "{printed}");
+    let (is_done, printed) = run(&scene.replace("name = 'crossed'\nmesh", "name = 'crossed'\nplanar = true\nmesh"));
+    assert!(!is_done && printed.contains("planar"), "{printed}");
+}

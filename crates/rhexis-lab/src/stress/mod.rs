@@ -170,6 +170,9 @@ pub fn run(seed: u64, case: u64) -> Outcome {
 /// Seeds from which on tips glide in most cases: cases of lower ones are named by tests.
 const GLIDING: u64 = 10_000;
 
+/// Seeds from which on bodies in space touch themselves.
+const TOUCHING: u64 = 20_000;
+
 /// Runs a case on so many threads. A panic ends it.
 fn run_once(seed: u64, case: u64, threads: usize, is_recorded: bool) -> (Outcome, Option<StateHash>, bool) {
     let mut dice = Dice::new(seed, case);
@@ -178,7 +181,7 @@ fn run_once(seed: u64, case: u64, threads: usize, is_recorded: bool) -> (Outcome
     let mut scene = None;
     let course = catch_unwind(AssertUnwindSafe(|| {
         let refused = |what| (FailureKind::Refused, what);
-        let scene = scene.insert(scene::scene(&mut dice, threads, glides).map_err(refused)?);
+        let scene = scene.insert(scene::scene(&mut dice, threads, (glides, seed >= TOUCHING)).map_err(refused)?);
         if is_recorded {
             scene.simulation.record();
         }

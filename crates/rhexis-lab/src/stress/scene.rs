@@ -5,14 +5,14 @@ use super::surface;
 use glam::DVec3;
 use rhexis::components::{
     Anchor, Bending, Changes, Contact, Curve, Damping, Drag, EnergyAudit, EnergyCriterion, Fibres, Gravity, Hold,
-    Material, Obstacle, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Shape, Sleeping, Springs, TearMode,
-    TearRate, Tearing, Toughness,
+    Material, Obstacle, PointLoad, PointLoads, PreStretch, Pressure, Refinement, SelfContact, Shape, Sleeping, Springs,
+    TearMode, TearRate, Tearing, Toughness,
 };
 use rhexis::math::{Sym2, elementary};
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, BodyId, ObstacleId};
+use rhexis::storage::{Attached, BodyId, ObstacleId, Triangles};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -37,11 +37,14 @@ pub(super) struct Actor {
     pub is_planar: bool,
 }
 
-/// The scene that the dice say.
+/// Distance of a body's layers over the root of a triangle's area, where it touches itself.
+const RADIUS: f64 = 0.2;
+
+/// The scene that the dice say, in which tips may glide and bodies touch themselves.
 ///
 /// # Errors
 /// What the engine refuses of it, which it should not.
-pub(super) fn scene(dice: &mut Dice, threads: usize, glides: bool) -> Result<Scene, String> {
+pub(super) fn scene(dice: &mut Dice, threads: usize, (glides, touches_itself): (bool, bool)) -> Result<Scene, String> {
     let is_free = dice.chance(0.35);
     let settings = settings(dice, threads);
     let mut simulation = Simulation::new(settings).map_err(|error| error.to_string())?;
@@ -57,6 +60,15 @@ pub(super) fn scene(dice: &mut Dice, threads: usize, glides: bool) -> Result<Sce
             {
                 tearing.mode = TearMode::Glide;
             }
+            if touches_itself && !is_planar {
+                let contact = simulation.world().get::<&Contact>(entity.entity()).map(|contact| *contact);
+                let mean_area = simulation.world().get::<&Triangles>(entity.entity()).map_or(0.0, |triangles| {
+                    triangles.rest.iter().map(|rest| rest.area).sum::<f64>() / triangles.len() as f64
+                });
+                let self_contact = Some(SelfContact::new(RADIUS * mean_area.sqrt()));
+                let contact = Contact { self_contact, ..contact.unwrap_or_default() };
+                simulation.set(entity, contact).map_err(|error| error.to_string())?;
+            }
             bodies.push(Actor { entity, is_planar });
             size = size.max(length);
         }
@@ -66,6 +78,8 @@ pub(super) fn scene(dice: &mut Dice, threads: usize, glides: bool) -> Result<Sce
         let shape = shape(dice, size);
         obstacles.push(simulation.spawn_obstacle(Obstacle { shape }).map_err(|error| error.to_string())?);
     }
+    // Layers that begin nearer than their radius have an energy that is not counted.
+    let is_free = is_free && !touches_itself;
     Ok(Scene { simulation, bodies, obstacles, is_free, size })
 }
 
@@ -247,7 +261,7 @@ fn outside(
     }
     if dice.chance(0.5) {
         let stiffness = dice.chance(0.4).then(|| tension * dice.decades(-2.0, 3.0));
-        body = body.with(Contact { stiffness, friction: dice.between(0.0, 1.5) });
+        body = body.with(Contact { stiffness, friction: dice.between(0.0, 1.5), ..Contact::default() });
     }
     body
 }

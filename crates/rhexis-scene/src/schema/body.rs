@@ -199,9 +199,21 @@ pub struct BendingSpec {
 pub struct ContactSpec {
     /// Pressure per depth of penetration \[N/mm³\], > 0. Default thirty times the membrane's own stiffness at every vertex.
     pub stiffness: Option<f64>,
-    /// Coefficient of Coulomb's friction, ≥ 0. Default 0.
+    /// Coefficient of Coulomb's friction with obstacles, ≥ 0. Default 0.
     #[serde(default)]
     pub friction: f64,
+    /// Contact of the body with itself. Default none.
+    pub self_contact: Option<SelfContactSpec>,
+}
+
+/// `self_contact`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SelfContactSpec {
+    /// Distance \[mm\] below which two layers repel each other, above 0 and at most half a mean edge.
+    pub radius: f64,
+    /// Rest distance \[mm\] within which places do not touch, ≥ 0. Default ten radii or 1.6 mean edges, whichever is more.
+    pub band: Option<f64>,
 }
 
 /// How a tear runs through the mesh.

@@ -16,7 +16,8 @@ mod tool;
 
 pub use body::{
     AxisSpec, BendingSpec, BodySpec, ContactSpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
-    InitialSpec, MaterialModelSpec, MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec, TearRateSpec, TearingSpec,
+    InitialSpec, MaterialModelSpec, MaterialSpec, RefinementSpec, SelfContactSpec, SleepSpec, TearModeSpec,
+    TearRateSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, ArrayRangeSpec, BallSpec, ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec,

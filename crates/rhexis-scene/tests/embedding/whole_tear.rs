@@ -73,7 +73,7 @@ fn capsule() -> (Simulation, BodyId) {
         .with(PreStretch { strain: Sym2 { xx: 0.08, yy: 0.08, xy: 0.0 } })
         .with(Damping { time: 1.0 })
         .with(Drag { coefficient: 5e-3 })
-        .with(Contact { stiffness: Some(5.0), friction: 0.0 })
+        .with(Contact { stiffness: Some(5.0), friction: 0.0, ..Contact::default() })
         .with(Bending::default())
         .with(Tearing { cone: 60_f64.to_radians(), ..tearing })
         .with(EnergyCriterion::new(toughness))

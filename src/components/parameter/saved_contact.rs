@@ -1,0 +1,62 @@
+//! Contact as text and as bytes. Up to version 18 there was none of a body with itself: the stiffness stood alone, as it does without.
+
+use super::obstacle::Contact;
+use super::self_contact::SelfContact;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// The fields by their names.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Contact")]
+struct Text {
+    stiffness: Option<f64>,
+    friction: f64,
+    #[serde(default)]
+    self_contact: Option<SelfContact>,
+}
+
+/// The fields in the order of the bytes.
+#[derive(Serialize, Deserialize)]
+struct Bytes {
+    stiffness: Stiffness,
+    friction: f64,
+}
+
+/// Stiffness, and the contact of the body with itself where there is one.
+#[derive(Serialize, Deserialize)]
+enum Stiffness {
+    OfMembrane,
+    Given(f64),
+    OfMembraneAnd(SelfContact),
+    GivenAnd(f64, SelfContact),
+}
+
+impl Serialize for Contact {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        if to.is_human_readable() {
+            return Text::serialize(self, to);
+        }
+        let stiffness = match (self.stiffness, self.self_contact) {
+            (None, None) => Stiffness::OfMembrane,
+            (Some(stiffness), None) => Stiffness::Given(stiffness),
+            (None, Some(own)) => Stiffness::OfMembraneAnd(own),
+            (Some(stiffness), Some(own)) => Stiffness::GivenAnd(stiffness, own),
+        };
+        Bytes { stiffness, friction: self.friction }.serialize(to)
+    }
+}
+
+impl<'de> Deserialize<'de> for Contact {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        if from.is_human_readable() {
+            return Text::deserialize(from);
+        }
+        let Bytes { stiffness, friction } = Bytes::deserialize(from)?;
+        let (stiffness, self_contact) = match stiffness {
+            Stiffness::OfMembrane => (None, None),
+            Stiffness::Given(stiffness) => (Some(stiffness), None),
+            Stiffness::OfMembraneAnd(own) => (None, Some(own)),
+            Stiffness::GivenAnd(stiffness, own) => (Some(stiffness), Some(own)),
+        };
+        Ok(Self { stiffness, friction, self_contact })
+    }
+}

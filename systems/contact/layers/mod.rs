@@ -1,0 +1,230 @@
+//! Contact of a body with itself: springs between layers that come nearer than a radius, and a proof for every pair that none has passed through
+//! another.
+//!
+//! A pair is a vertex and a triangle, or two edges. Within the radius r it has the force k·(r − d)·(r/d)² along the shortest way between
+//! its parts, with that derivative as stiffness in the operator: of rank one, so that layers that move together do not resist. It counts only where no
+//! other pair has the same part of the surface's offset: the nearest point lies within the triangle or both edges, or on a rim. After the solve every
+//! pair is proved apart, or held back.
+
+mod closest;
+mod search;
+mod separate;
+
+pub(super) use separate::asks;
+pub use separate::keep_apart;
+
+use crate::components::{
+    Bending, Contact, ExternalStiffness, Forces, Frames, FreeAxes, Grips, Increment, Pair, PairSpring, Planar,
+    SelfContact, SolveResult, SolverScratch,
+};
+use crate::math::Sym3;
+use crate::storage::{NONE, Topology, Triangles, Vertices};
+use crate::systems::{StepContext, parallel};
+use closest::{Nearest, on_triangle};
+use glam::DVec3;
+use hecs::World;
+use search::Sweep;
+
+/// The most that the stiffness of a pair may come to, over that of the body there, which it has at the radius.
+const MOST_STIFFNESS: f64 = 30.0;
+
+/// Stiffness of a plane over that of the body there.
+const PLANE_STIFFNESS: f64 = 10.0;
+
+/// Least stiffness over that of the membrane: of slack tissue in a static solve.
+const LEAST_STIFFNESS: f64 = 1e-6;
+
+/// Least distance in the law, over the radius.
+const LEAST_DISTANCE: f64 = 0.02;
+
+/// Distance that a solve is to leave between parts that one before has carried through each other, over the radius.
+const GOAL: f64 = 0.7;
+
+/// A weight below which a nearest point lies on the edge, or at the end, of a part.
+const ON_EDGE: f64 = 1e-9;
+
+/// Tables of a body.
+type Mesh<'a> = (&'a Vertices, &'a Triangles, &'a Topology);
+
+/// Pushes layers apart that are nearer than the radius, or that a solve of the step has carried through each other.
+pub fn push_apart(world: &mut World, step: &StepContext) -> usize {
+    type Query<'a> = (
+        (Mesh<'a>, &'a Increment, &'a SolveResult, &'a Contact, Option<&'a Grips>),
+        (&'a Frames, Option<&'a Bending>),
+        (&'a mut Forces, &'a mut ExternalStiffness, &'a mut SolverScratch),
+    );
+    parallel::for_bodies::<hecs::Without<Query, &Planar>>(
+        world,
+        |((mesh, _, result, contact, _), ..)| contact.self_contact.map_or(0, |_| result.rows_to_solve(mesh.0.len())),
+        |((mesh, increment, result, contact, grips), (frames, bending), (forces, external, scratch))| {
+            let Some(own) = &contact.self_contact else { return };
+            let SolverScratch { free, contact: memory, .. } = scratch;
+            let layers = &mut **memory.layers.get_or_insert_default();
+            let (x, start) = (&mesh.0.position[..], &increment.start[..]);
+            let held = HeldTogether::new(x.len(), free, grips);
+            sweep(mesh, start, own).find(layers);
+            layers.touching = 0;
+            if result.newton_iterations == 0 {
+                layers.through.clear();
+            }
+            let inertia = if step.is_static { 0.0 } else { step.inertia() };
+            let backing = Backing { mesh, frames, bending, inertia };
+            let of_through = layers.through.iter().map(|pair| backing.plane(pair, (start, own)));
+            let is_touching = |pair: &&Pair| !held.all(pair) && layers.through.binary_search(pair).is_err();
+            let of_others = layers.pairs.iter().filter(is_touching).map(|pair| backing.spring(pair, own.radius));
+            for (spring, force) in of_through.chain(of_others).flatten() {
+                layers.touching += 1;
+                for (row, weight) in spring.rows.into_iter().zip(spring.weights) {
+                    forces.nodal[row as usize] += spring.normal * (force * weight);
+                }
+                external.add_pair(spring, x.len());
+            }
+        },
+    )
+}
+
+/// The sweep of a body from the start of the step.
+fn sweep<'a>((vertices, triangles, topology): Mesh<'a>, start: &'a [DVec3], own: &SelfContact) -> Sweep<'a> {
+    let (reach, band) = (own.radius, own.band.unwrap_or(0.0));
+    Sweep { vertices, triangles, topology, start, reach, band }
+}
+
+/// Vertices that cannot move against each other.
+struct HeldTogether {
+    /// Number of the holder of each vertex; zero for none.
+    by: Vec<u32>,
+}
+
+impl HeldTogether {
+    fn new(count: usize, free: &FreeAxes, grips: Option<&Grips>) -> Self {
+        let mut by: Vec<u32> = free.iter().map(|free| u32::from(*free == DVec3::ZERO)).collect();
+        by.resize(count, 0);
+        for (name, pinch) in (2..).zip(grips.iter().flat_map(|grips| &grips.pinches)) {
+            pinch.held.rows().iter().for_each(|&row| by[row as usize] = name);
+        }
+        Self { by }
+    }
+
+    /// Whether one holds all of a pair.
+    fn all(&self, pair: &Pair) -> bool {
+        let [first, others @ ..] = pair.rows.map(|row| self.by[row as usize]);
+        first > 0 && others.iter().all(|other| *other == first)
+    }
+}
+
+/// The body's stiffness at its vertices.
+struct Backing<'a> {
+    mesh: Mesh<'a>,
+    frames: &'a Frames,
+    bending: Option<&'a Bending>,
+    /// 1/s² \[1/ms²\] of the step.
+    inertia: f64,
+}
+
+impl Backing<'_> {
+    /// Stiffness \[N/mm\] of a vertex along a normal: of the membrane as far as that lies in it, else of tension and bending; and its mass.
+    fn at(&self, v: u32, normal: DVec3) -> f64 {
+        let (vertices, triangles, topology) = self.mesh;
+        let of_triangle = |entry: &u32| {
+            let t = *entry as usize / 3;
+            let [a, b, c] = triangles.corners[t].map(|v| vertices.position[v as usize]);
+            let cosine = normal.dot((b - a).cross(c - a).normalize_or_zero());
+            let across = cosine * cosine;
+            let (law, thickness, stress) =
+                (&triangles.stiffness[t], triangles.thickness[t], self.frames.state(t).stress);
+            let stiffest = law.q11.max(law.q22);
+            let bent =
+                self.bending.map_or(0.0, |bending| bending.scale(law, thickness) * stiffest / triangles.rest[t].area);
+            let in_plane = stiffest * (1.0 - across).max(LEAST_STIFFNESS) + (stress.xx + stress.yy).max(0.0) * across;
+            0.5 * thickness * in_plane + bent * across
+        };
+        topology.incident[v as usize].iter().map(of_triangle).sum::<f64>() + vertices.mass[v as usize] * self.inertia
+    }
+
+    /// Stiffness \[N/mm\] against a spring between both parts of a pair.
+    fn of_pair(&self, rows: [u32; 4], weights: [f64; 4], normal: DVec3) -> f64 {
+        let softness =
+            |(row, weight): (u32, f64)| if weight == 0.0 { 0.0 } else { weight * weight / self.at(row, normal) };
+        1.0 / rows.into_iter().zip(weights).map(softness).sum::<f64>()
+    }
+
+    /// The spring of a pair within the radius, and its force \[N\].
+    fn spring(&self, pair: &Pair, radius: f64) -> Option<(PairSpring, f64)> {
+        let (Nearest { weights, way }, rows) = (pair.nearest(&self.mesh.0.position), pair.rows);
+        let distance = way.length();
+        if !(distance < radius && distance > 0.0) {
+            return None;
+        }
+        let share = share(pair, &weights, distance, self.mesh);
+        if share == 0.0 {
+            return None;
+        }
+        let normal = way / distance;
+        let of_body = self.of_pair(rows, weights, normal);
+        let (stiffness, ratio) = (share * of_body, (distance / radius).max(LEAST_DISTANCE));
+        let force = stiffness * (radius - distance) / (ratio * ratio);
+        let slope = stiffness * (1.0 + 2.0 * (1.0 - ratio) / ratio) / (ratio * ratio);
+        Some((PairSpring { rows, weights, normal, stiffness: slope.min(MOST_STIFFNESS * of_body) }, force))
+    }
+
+    /// The spring of a pair that a solve of the step has carried through each other: against the plane between its nearest points at the start.
+    fn plane(&self, pair: &Pair, (start, own): (&[DVec3], &SelfContact)) -> Option<(PairSpring, f64)> {
+        let (Nearest { weights, way }, rows) = (pair.nearest(start), pair.rows);
+        let distance = way.length();
+        let normal = way / distance;
+        let x = &self.mesh.0.position;
+        let now: f64 = (0..4).map(|i| normal.dot(x[rows[i] as usize]) * weights[i]).sum();
+        let missing = GOAL * own.radius.min(distance) - now;
+        if !(missing > 0.0) {
+            return None;
+        }
+        let stiffness = PLANE_STIFFNESS * self.of_pair(rows, weights, normal);
+        Some((PairSpring { rows, weights, normal, stiffness }, stiffness * missing))
+    }
+}
+
+/// The part of a pair that counts: no other has the same part of the offset of faces, edges and corners.
+fn share(pair: &Pair, weights: &[f64; 4], distance: f64, (vertices, triangles, topology): Mesh<'_>) -> f64 {
+    if pair.are_edges {
+        return if weights.iter().all(|weight| weight.abs() > ON_EDGE) { 1.0 } else { 0.0 };
+    }
+    let (x, v) = (&vertices.position, pair.rows[0]);
+    let on_edge = [1, 2, 3].map(|i| -weights[i] <= ON_EDGE);
+    let has_vertex = |t: u32| triangles.corners[t as usize].contains(&v);
+    let is_nearer = |t: u32| {
+        let corners = triangles.corners[t as usize].map(|v| x[v as usize]);
+        let [a, b, c] = on_triangle(x[v as usize], corners);
+        let foot = corners[0] * a + corners[1] * b + corners[2] * c;
+        x[v as usize].distance(foot) < distance * (1.0 - 1e-7)
+    };
+    match on_edge {
+        [false, false, false] => 1.0,
+        // At a corner.
+        [_, _, _] if on_edge.iter().filter(|on_edge| **on_edge).count() == 2 => {
+            let corner = (0..3).find(|&i| !on_edge[i]).unwrap_or(0);
+            let around = &topology.incident[pair.rows[1 + corner] as usize];
+            let hides = |entry: &u32| has_vertex(entry / 3) || is_nearer(entry / 3);
+            if around.iter().any(hides) { 0.0 } else { 1.0 / around.len() as f64 }
+        }
+        // On the edge opposite to the corner without weight.
+        _ => {
+            let opposite = (0..3).find(|&i| on_edge[i]).unwrap_or(0);
+            match topology.neighbours[pair.triangle as usize][(opposite + 1) % 3] {
+                NONE => 1.0,
+                across if has_vertex(across) || is_nearer(across) => 0.0,
+                _ => 0.5,
+            }
+        }
+    }
+}
+
+impl ExternalStiffness {
+    /// Adds a spring between two parts of a body of so many vertices.
+    fn add_pair(&mut self, spring: PairSpring, count: usize) {
+        self.pair_block.resize(count, Sym3::ZERO);
+        for (place, &row) in spring.rows.iter().enumerate() {
+            self.pair_block[row as usize] += spring.block(place);
+        }
+        self.pairs.push(spring);
+    }
+}

@@ -1,0 +1,278 @@
+//! Proof that no layer has passed through another in a step; where there is none they are held back.
+//!
+//! Two parts whose ways are straight have not met if one direction tells them apart at the start and at the end: a plane that moves with
+//! them stands between them all the way. Layers that move together are free by it. Where no direction is found the nearest one holds both back,
+//! with equal impulses, until a gap is left. In the end the parts of a pair move alike, and at last not at all, which is no motion through anything:
+//! so it ends.
+
+use super::{HeldTogether, Mesh, sweep};
+use crate::components::{
+    Contact, FreeAxes, Grips, Increment, Layers, Pair, Planar, SelfContact, SolveResult, SolverScratch,
+};
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::StepContext;
+use glam::DVec3;
+
+/// Gap to be left between the parts of a pair, over that at the start, or over the radius if that is less.
+const LEFT: f64 = 0.2;
+
+/// Gap at the start along a direction of a proof, over the distance.
+const TOLD_APART: f64 = 0.3;
+
+/// Rounds in which parts are held back by a plane; then by a common motion, then by none.
+const PLANE_ROUNDS: u32 = 60;
+const COMMON_ROUNDS: u32 = 120;
+const MOST_ROUNDS: u32 = 200;
+
+/// A correction over the radius from which on pairs are looked for again: it may have led to others.
+const FAR: f64 = 0.25;
+
+/// Searches for pairs: after so many all are held back by a common motion at once, after so many more by none.
+const PLANE_SEARCHES: u32 = 4;
+const COMMON_SEARCHES: u32 = 7;
+const MOST_SEARCHES: u32 = 10;
+
+/// Bisections for the plane with equal impulses: to rounding.
+const BISECTIONS: u32 = 60;
+
+/// Pairs through each other in a solve's answer up to which no further solve is asked for.
+const FEW: usize = 4;
+
+/// How far a pair may be through each other, over the radius, without a further solve.
+const SHALLOW: f64 = 0.5;
+
+/// Verdict on a pair's ways.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Proof {
+    /// They have not met.
+    Apart,
+    /// They met at the start: they are left alone.
+    Touching,
+    /// No direction tells them apart; `missing` is how much of the gap is missing \[mm\] along the nearest one.
+    Through { normal: DVec3, target: f64, missing: f64 },
+}
+
+impl Proof {
+    /// Looks for a direction that tells a pair apart at both ends.
+    pub(super) fn new(pair: &Pair, start: &[DVec3], end: &[DVec3], radius: f64) -> Self {
+        let way = pair.nearest(start).way;
+        let distance = way.length();
+        if !(distance > 1e-9 * radius) {
+            return Self::Touching;
+        }
+        let (normal, target) = (way / distance, LEFT * distance.min(radius));
+        let missing = target - pair.heights(normal, end).gap();
+        if missing <= target * 1e-9 {
+            return Self::Apart;
+        }
+        let mut best = (normal, missing);
+        for direction in [pair.across(start), pair.across(end), pair.nearest(end).way] {
+            let Some(direction) = direction.try_normalize() else { continue };
+            for normal in [direction, -direction] {
+                if pair.heights(normal, start).gap() < (TOLD_APART * distance).max(target).min(radius) {
+                    continue;
+                }
+                let missing = target - pair.heights(normal, end).gap();
+                if missing < best.1 {
+                    best = (normal, missing);
+                }
+            }
+        }
+        let (normal, missing) = best;
+        if missing <= target * 1e-9 { Self::Apart } else { Self::Through { normal, target, missing } }
+    }
+}
+
+/// Whether the last solve has carried layers of a body through each other, so far or so often that another solve is to see it.
+pub(in crate::systems::contact) fn asks(
+    mesh: Mesh<'_>,
+    start: &[DVec3],
+    own: &SelfContact,
+    (scratch, grips): (&mut SolverScratch, Option<&Grips>),
+) -> bool {
+    let SolverScratch { free, contact: memory, .. } = scratch;
+    let x = &mesh.0.position[..];
+    let held = HeldTogether::new(x.len(), free, grips);
+    let layers = &mut **memory.layers.get_or_insert_default();
+    sweep(mesh, start, own).find(layers);
+    let Layers { pairs, through, .. } = layers;
+    let (mut count, mut deepest) = (0, 0.0_f64);
+    for pair in pairs.iter().filter(|pair| !held.all(pair)) {
+        if let Proof::Through { missing, .. } = Proof::new(pair, start, x, own.radius) {
+            (count, deepest) = (count + 1, deepest.max(missing));
+            through.push(*pair);
+        }
+    }
+    through.sort_unstable();
+    through.dedup();
+    count > FEW || deepest > SHALLOW * own.radius
+}
+
+/// Holds layers back that have passed through each other in the step.
+pub fn keep_apart(world: &mut hecs::World, step: &StepContext) -> usize {
+    type Query<'a> = (
+        (&'a mut Vertices, &'a Triangles, &'a Topology, &'a mut Increment),
+        (&'a SolveResult, &'a mut SolverScratch, Option<&'a Grips>, &'a Contact),
+    );
+    let mut count = 0;
+    for ((vertices, triangles, topology, increment), (result, scratch, grips, contact)) in
+        world.query_mut::<hecs::Without<Query, &Planar>>()
+    {
+        let Some(own) = contact.self_contact.filter(|_| result.is_in_step) else { continue };
+        count += 1;
+        let SolverScratch { free, contact: memory, .. } = scratch;
+        let layers = &mut **memory.layers.get_or_insert_default();
+        let held = HeldTogether::new(vertices.len(), free, grips);
+        let before = vertices.position.clone();
+        let far_sq = FAR * FAR * own.radius * own.radius;
+        let mut mover = Mover { free, start: &increment.start, stamps: Vec::new(), motions: 0 };
+        for search in 0..MOST_SEARCHES {
+            sweep((&*vertices, triangles, topology), &increment.start, &own).find(layers);
+            if layers.are_too_many {
+                mover.all_in_common(vertices);
+                break;
+            }
+            let pairs: Vec<Pair> = layers.pairs.iter().filter(|pair| !held.all(pair)).copied().collect();
+            let from = vertices.position.clone();
+            let first_round = match search {
+                0..PLANE_SEARCHES => 0,
+                PLANE_SEARCHES..COMMON_SEARCHES => PLANE_ROUNDS,
+                _ => COMMON_ROUNDS,
+            };
+            let were_apart = mover.separate(vertices, &pairs, (own.radius, first_round));
+            layers.are_apart = were_apart && pairs.len() == layers.pairs.len();
+            if were_apart {
+                break;
+            }
+            let ways = from.iter().zip(&vertices.position).map(|(a, b)| a.distance_squared(*b));
+            if !(ways.fold(0.0, f64::max) > far_sq) {
+                break;
+            }
+        }
+        layers.held_back = 0;
+        for (v, before) in before.into_iter().enumerate().filter(|(v, before)| vertices.position[*v] != *before) {
+            layers.held_back += 1;
+            increment.displacement[v] += vertices.position[v] - before;
+            increment.has_projected_vertices = true;
+            vertices.velocity[v] = step.velocity_displacement(increment, v) * step.inv_effective_dt();
+        }
+    }
+    count
+}
+
+/// Moves the vertices of pairs that are through each other.
+struct Mover<'a> {
+    free: &'a FreeAxes,
+    start: &'a [DVec3],
+    /// Motions before the last of each vertex, counted from one.
+    stamps: Vec<u32>,
+    motions: u32,
+}
+
+impl Mover<'_> {
+    /// Separates pairs one after the other, until all are apart or the rounds are used up. Whether all were apart.
+    fn separate(&mut self, vertices: &mut Vertices, pairs: &[Pair], (radius, first_round): (f64, u32)) -> bool {
+        let mut looked_at = vec![0_u32; pairs.len()];
+        self.stamps.clear();
+        self.stamps.resize(vertices.len(), 1);
+        self.motions = 1;
+        let mut were_apart = true;
+        for round in first_round..MOST_ROUNDS {
+            let before = self.motions;
+            for (pair, looked_at) in pairs.iter().zip(&mut looked_at) {
+                if pair.rows.iter().all(|&row| self.stamps[row as usize] <= *looked_at) {
+                    continue;
+                }
+                *looked_at = self.motions;
+                let proof = Proof::new(pair, self.start, &vertices.position, radius);
+                were_apart &= proof == Proof::Apart;
+                let Proof::Through { normal, target, .. } = proof else { continue };
+                match round {
+                    0..PLANE_ROUNDS => self.by_plane(vertices, pair, (normal, target)),
+                    PLANE_ROUNDS..COMMON_ROUNDS => self.in_common(vertices, pair),
+                    _ => self.put_back(vertices, pair),
+                }
+            }
+            if self.motions == before {
+                break;
+            }
+        }
+        were_apart
+    }
+
+    fn shift(&mut self, vertices: &mut Vertices, v: usize, way: DVec3) {
+        let way = way * self.free[v];
+        if way != DVec3::ZERO {
+            self.motions += 1;
+            self.stamps[v] = self.motions;
+            vertices.position[v] += way;
+        }
+    }
+
+    /// Moves the vertices beyond a plane back to it, those of each part to its side of a gap; the plane is where both get equal impulses.
+    fn by_plane(&mut self, vertices: &mut Vertices, pair: &Pair, (normal, target): (DVec3, f64)) {
+        let rows = pair.rows.map(|row| row as usize);
+        let height = rows.map(|v| normal.dot(vertices.position[v]));
+        let is_held = rows.map(|v| self.free[v] != DVec3::ONE);
+        let half = 0.5 * target;
+        // Way of a vertex along the normal for a plane at this height.
+        let way = |i: usize, plane: f64| match i < pair.first() {
+            true => (plane + half - height[i]).max(0.0),
+            false => (plane - half - height[i]).min(0.0),
+        };
+        let impulse = |plane: f64| {
+            (0..4).map(|i| if is_held[i] { 0.0 } else { vertices.mass[rows[i]] * way(i, plane) }).sum::<f64>()
+        };
+        let mut low = height.iter().copied().fold(f64::INFINITY, f64::min) - target;
+        let mut high = height.iter().copied().fold(f64::NEG_INFINITY, f64::max) + target;
+        // Vertices that are held bound the plane; between two parts that are held nothing can be done.
+        for i in (0..4).filter(|&i| is_held[i]) {
+            match i < pair.first() {
+                true => high = high.min(height[i] - half),
+                false => low = low.max(height[i] + half),
+            }
+        }
+        if low > high {
+            return;
+        }
+        // The impulse grows with the height of the plane.
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if impulse(middle) > 0.0 { high = middle } else { low = middle }
+        }
+        let plane = 0.5 * (low + high);
+        for (i, v) in rows.into_iter().enumerate() {
+            self.shift(vertices, v, normal * way(i, plane));
+        }
+    }
+
+    /// Gives the vertices of a pair one motion, that of their mass centre.
+    fn in_common(&mut self, vertices: &mut Vertices, pair: &Pair) {
+        let rows = pair.rows.map(|row| row as usize);
+        let mass: f64 = rows.iter().map(|&v| vertices.mass[v]).sum();
+        let motion =
+            rows.iter().map(|&v| (vertices.position[v] - self.start[v]) * vertices.mass[v]).sum::<DVec3>() / mass;
+        for v in rows {
+            self.shift(vertices, v, self.start[v] + motion - vertices.position[v]);
+        }
+    }
+
+    /// Gives all vertices one motion, that of the mass centre.
+    fn all_in_common(&mut self, vertices: &mut Vertices) {
+        let mass: f64 = vertices.mass.iter().sum();
+        let ways =
+            vertices.position.iter().zip(self.start).zip(&vertices.mass).map(|((x, start), m)| (*x - *start) * *m);
+        let motion = ways.sum::<DVec3>() / mass;
+        self.stamps.resize(vertices.len(), 0);
+        for v in 0..vertices.len() {
+            self.shift(vertices, v, self.start[v] + motion - vertices.position[v]);
+        }
+    }
+
+    /// Puts the vertices of a pair back to where they started.
+    fn put_back(&mut self, vertices: &mut Vertices, pair: &Pair) {
+        for v in pair.rows.map(|row| row as usize) {
+            self.shift(vertices, v, self.start[v] - vertices.position[v]);
+        }
+    }
+}
