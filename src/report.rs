@@ -92,7 +92,8 @@ pub struct BodyReport {
     /// Pairs of parts of the body that repelled each other in the last solve, by its [contact with itself](crate::components::SelfContact).
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub self_contacts: u32,
-    /// Vertices that were held back at the end of the step, lest layers of the body pass through each other: no solve had kept them apart.
+    /// Largest number of vertices held back in one pass of the step, undone attempts included, lest layers of the body pass through each other: no
+    /// solve had kept them apart.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub layers_held_back: u32,
     /// Pairs of triangles that had passed through each other at the start of the step: they are left alone until they are apart.

@@ -1,7 +1,9 @@
 //! The report of a step or a static solve, and the part kept of one that is undone.
 
 use super::Simulation;
-use crate::components::{Body, Grips, GuardLedger, Increment, Refined, Sleeping, SolveResult, SolverScratch, TearLog};
+use crate::components::{
+    Body, Contact, Grips, GuardLedger, Increment, Refined, Sleeping, SolveResult, SolverScratch, TearLog,
+};
 use crate::event::{Event, EventKind};
 use crate::report::{BodyReport, GuardFigures};
 use crate::storage::{BodyId, Tips, Triangles, Vertices};
@@ -49,14 +51,14 @@ impl Simulation {
         type Query<'a> = (
             (Entity, &'a Vertices, &'a Triangles, Option<&'a Tips>, &'a TearLog),
             (&'a Increment, &'a SolveResult, &'a GuardLedger, &'a SolverScratch),
-            (Option<&'a Sleeping>, Option<&'a Refined>, Option<&'a Grips>),
+            (Option<&'a Sleeping>, Option<&'a Refined>, Option<&'a Grips>, Option<&'a Contact>),
             Held<'a>,
         );
         let mut bodies = world.query::<Query>().with::<&Body>();
         for (
             (body, vertices, triangles, tips, log),
             (increment, result, ledger, scratch),
-            (sleeping, refined, grips),
+            (sleeping, refined, grips, contact),
             held,
         ) in &mut bodies
         {
@@ -64,7 +66,8 @@ impl Simulation {
             let ahead = closed.map(|pinch| pinch.hand_ahead(report.time)).fold(0.0, f64::max);
             let is_behind = increment.any_substep_limited || ledger.hold_pace > 0.0;
             let behind = if is_behind { behind(vertices, (held, grips), report.time) } else { 0.0 };
-            let layers = scratch.contact.layers.as_deref();
+            let touches_itself = contact.is_some_and(|contact| contact.self_contact.is_some());
+            let layers = scratch.contact.layers.as_deref().filter(|_| touches_itself);
             report.bodies.push(BodyReport {
                 body: body.into(),
                 vertex_count: vertices.len(),

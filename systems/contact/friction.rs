@@ -1,5 +1,5 @@
 //! Coulomb's friction by return mapping (Laursen, Simo 1993): a spring across the normal, as stiff as the contact, from the place where a
-//! vertex sticks. Its force is bounded by μ times the normal force, and slipping takes the place along.
+//! vertex sticks. Its force is bounded by μ times the normal force, and a vertex that slips moves the place.
 //!
 //! A step of one linear solve foresees the slip by the two steps before: of a vertex that will slip the spring is the secant
 //! μ·N/|offset foreseen|, which never does work on it. Where the answer is far from the law, a further solve has Newton's tangent: a

@@ -98,7 +98,7 @@ pub fn solve(
         mixed.forget_operator();
     }
     if operator.external.is_some_and(|external| !external.pairs.is_empty()) {
-        // Factors have only the diagonal of springs between layers, so that none is of the present operator.
+        // A factor has only the diagonal of springs between layers: it is of another operator.
         available.factor = None;
     }
     let mut guides = Guides::begin(operator, memory.passes, scratch);

@@ -43,7 +43,7 @@ pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
 pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
     type Begun<'a> = (&'a mut SolverScratch, &'a mut GuardLedger, OutputsMut<'a>);
     for (scratch, ledger, read) in world.query_mut::<hecs::With<Begun, &SolveResult>>() {
-        scratch.begin(read);
+        scratch.begin(read, step.is_retried);
         ledger.begin(step.is_retried);
     }
     parallel::for_bodies::<AxesQuery>(

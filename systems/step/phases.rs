@@ -135,7 +135,7 @@ const CONTACT: Phase = While(Loop {
     used_up: &[Run(Stage::Depenetrate), Check],
 });
 
-/// Friction rounds: repeated solves of bodies whose friction is far from its law. Once the step has torn tissue there are none: its further
+/// Friction rounds: repeated solves of bodies whose friction is far from its law. None in passes that follow an advance: their
 /// solves have the springs of their own states.
 const FRICTION: Phase = While(Loop {
     needed: Stage::Slipping,

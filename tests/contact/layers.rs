@@ -297,6 +297,23 @@ fn the_bits_of_a_ribbon_in_a_slot_do_not_depend_on_threads_or_on_a_snapshot_on_t
 }
 
 #[test]
+fn a_radius_that_is_changed_acts_in_the_next_step_and_ends_with_the_contact() {
+    let (mut simulation, body, _) = stack(1, 0.045, touching(0.03, Some(0.0)), Settings::default());
+    simulation.step(0.1).unwrap();
+    assert_eq!(simulation.report().bodies[0].self_contacts, 0);
+    simulation.set(body, touching(0.06, Some(0.0))).unwrap();
+    let mut restored = Simulation::from_snapshot(&simulation.snapshot()).unwrap();
+    for simulation in [&mut simulation, &mut restored] {
+        simulation.step(0.1).unwrap();
+        assert!(simulation.report().bodies[0].self_contacts > 0);
+    }
+    assert_eq!(restored.hash(), simulation.hash());
+    simulation.set(body, Contact::default()).unwrap();
+    simulation.step(0.1).unwrap();
+    assert_eq!(simulation.report().bodies[0].self_contacts, 0);
+}
+
+#[test]
 fn a_radius_beyond_half_an_edge_is_refused() {
     let mut mesh = empty();
     grid(&mut mesh, [4, 4], [4.0, 4.0], |x, y| DVec3::new(x, y, 0.0));

@@ -41,26 +41,28 @@ impl PairSpring {
     }
 }
 
-/// Contact of a body with itself in the last step, and the memory of the search. *Derived.*
+/// Self-contact of a body in the last step, and the memory of the search. *Derived.*
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Layers {
     /// Pairs that may touch, in ascending order.
     pub pairs: Vec<Pair>,
     /// Pairs that a solve of this step has carried through each other, in ascending order.
     pub through: Vec<Pair>,
-    /// Ways of which `pairs` are: positions at their starts and ends \[mm\], and the triangles.
+    /// Sweep of the last search: positions at its start and end \[mm\], and the triangles.
     pub found_from: Vec<DVec3>,
     pub found_to: Vec<DVec3>,
     pub found_of: Vec<[u32; 3]>,
-    /// Whether there were more pairs than are told apart one by one: then there are none.
+    /// Reach and band of the last search \[mm\].
+    pub found_within: [f64; 2],
+    /// Whether the pairs exceeded the limit of the search; the list is then empty.
     pub are_too_many: bool,
     /// Whether all of them were proved apart on these ways.
     pub are_apart: bool,
-    /// Triangles along a curve, by which the search tree is built.
+    /// Rows of the triangles along a Morton curve, the order of the search tree.
     pub order: Vec<u32>,
     /// Pairs that repel each other in the last solve.
     pub touching: u32,
-    /// Vertices that were held back in the last step, for no solve had kept the layers apart.
+    /// Largest number of vertices held back in one pass of the step, where no solve had kept the layers apart.
     pub held_back: u32,
     /// Pairs of triangles that had passed through each other at the start of the step, which are left alone.
     pub overlapping: u32,

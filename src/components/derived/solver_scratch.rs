@@ -104,9 +104,12 @@ pub struct SolverScratch {
 
 impl SolverScratch {
     /// Begins a step with the outputs of the last one.
-    pub(crate) fn begin(&mut self, read: OutputsMut<'_>) {
+    pub(crate) fn begin(&mut self, read: OutputsMut<'_>, is_retried: bool) {
         self.outputs.keep(read);
         self.contact.keep();
+        if let Some(layers) = self.contact.layers.as_mut().filter(|_| !is_retried) {
+            layers.held_back = 0;
+        }
         self.momentum.before = self.momentum.balance;
         (self.is_counted, self.to_correct, self.line_search) = (false, None, None);
         self.reference_sq = 0.0;

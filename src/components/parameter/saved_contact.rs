@@ -1,4 +1,4 @@
-//! Contact as text and as bytes. Up to version 18 there was none of a body with itself: the stiffness stood alone, as it does without.
+//! Contact as text and as bytes. Up to version 18 without self-contact: older bytes are those of a body without it.
 
 use super::obstacle::Contact;
 use super::self_contact::SelfContact;

@@ -52,7 +52,7 @@ impl LastStep {
         }
     }
 
-    /// Follows an edit: copies of a vertex stick as it does, and moved and removed vertices stick anew.
+    /// Update after an edit: copies of a vertex take over its contacts; moved and removed vertices lose theirs.
     pub(crate) fn follow(&mut self, record: &EditRecord) {
         let Some(friction) = &mut self.friction else { return };
         for contacts in [&mut friction.start, &mut friction.end] {

@@ -1,6 +1,7 @@
 //! Nearest points of the two parts of a pair.
 
 use crate::components::Pair;
+use crate::math::nearest_in_triangle;
 use glam::DVec3;
 
 /// The nearest points of a pair, at one state.
@@ -39,7 +40,7 @@ impl Pair {
             let [s, t] = between_edges(p);
             [1.0 - s, s, t - 1.0, -t]
         } else {
-            let [a, b, c] = on_triangle(p[0], [p[1], p[2], p[3]]);
+            let [a, b, c] = nearest_in_triangle([p[1], p[2], p[3]], p[0]);
             [1.0, -a, -b, -c]
         };
         Nearest { weights, way: (0..4).map(|i| p[i] * weights[i]).sum() }
@@ -67,43 +68,6 @@ impl Heights {
     pub(super) fn gap(self) -> f64 {
         self.low - self.high
     }
-}
-
-/// Weights of the corners in the point of a triangle nearest to `p` (Ericson 2005, section 5.1.5).
-pub(super) fn on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
-    let (ab, ac, ap) = (b - a, c - a, p - a);
-    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return [1.0, 0.0, 0.0];
-    }
-    let bp = p - b;
-    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return [0.0, 1.0, 0.0];
-    }
-    let of_c = d1 * d4 - d3 * d2;
-    if of_c <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let v = d1 / (d1 - d3);
-        return [1.0 - v, v, 0.0];
-    }
-    let cp = p - c;
-    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return [0.0, 0.0, 1.0];
-    }
-    let of_b = d5 * d2 - d1 * d6;
-    if of_b <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let w = d2 / (d2 - d6);
-        return [1.0 - w, 0.0, w];
-    }
-    let of_a = d3 * d6 - d5 * d4;
-    if of_a <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return [0.0, 1.0 - w, w];
-    }
-    let sum = of_a + of_b + of_c;
-    let (v, w) = (of_b / sum, of_c / sum);
-    [1.0 - v - w, v, w]
 }
 
 /// Places of the nearest points along two edges, from 0 to 1; of parallel ones those about the middle of the first.

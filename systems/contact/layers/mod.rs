@@ -17,15 +17,15 @@ use crate::components::{
     Bending, Contact, ExternalStiffness, Forces, Frames, FreeAxes, Grips, Increment, Pair, PairSpring, Planar,
     SelfContact, SolveResult, SolverScratch,
 };
-use crate::math::Sym3;
+use crate::math::{Sym3, nearest_in_triangle};
 use crate::storage::{NONE, Topology, Triangles, Vertices};
 use crate::systems::{StepContext, parallel};
-use closest::{Nearest, on_triangle};
+use closest::Nearest;
 use glam::DVec3;
 use hecs::World;
 use search::Sweep;
 
-/// The most that the stiffness of a pair may come to, over that of the body there, which it has at the radius.
+/// Maximum stiffness of a pair, over that of the body there, which it has at the radius.
 const MOST_STIFFNESS: f64 = 30.0;
 
 /// Stiffness of a plane over that of the body there.
@@ -37,7 +37,7 @@ const LEAST_STIFFNESS: f64 = 1e-6;
 /// Least distance in the law, over the radius.
 const LEAST_DISTANCE: f64 = 0.02;
 
-/// Distance that a solve is to leave between parts that one before has carried through each other, over the radius.
+/// Target distance of the further solve between parts that the solve before has carried through each other, over the radius.
 const GOAL: f64 = 0.7;
 
 /// A weight below which a nearest point lies on the edge, or at the end, of a part.
@@ -122,7 +122,7 @@ struct Backing<'a> {
 }
 
 impl Backing<'_> {
-    /// Stiffness \[N/mm\] of a vertex along a normal: of the membrane as far as that lies in it, else of tension and bending; and its mass.
+    /// Stiffness \[N/mm\] of a vertex along a normal: membrane stiffness in its plane, tension and bending across it, and mass over s².
     fn at(&self, v: u32, normal: DVec3) -> f64 {
         let (vertices, triangles, topology) = self.mesh;
         let of_triangle = |entry: &u32| {
@@ -193,7 +193,7 @@ fn share(pair: &Pair, weights: &[f64; 4], distance: f64, (vertices, triangles, t
     let has_vertex = |t: u32| triangles.corners[t as usize].contains(&v);
     let is_nearer = |t: u32| {
         let corners = triangles.corners[t as usize].map(|v| x[v as usize]);
-        let [a, b, c] = on_triangle(x[v as usize], corners);
+        let [a, b, c] = nearest_in_triangle(corners, x[v as usize]);
         let foot = corners[0] * a + corners[1] * b + corners[2] * c;
         x[v as usize].distance(foot) < distance * (1.0 - 1e-7)
     };
@@ -219,7 +219,7 @@ fn share(pair: &Pair, weights: &[f64; 4], distance: f64, (vertices, triangles, t
 }
 
 impl ExternalStiffness {
-    /// Adds a spring between two parts of a body of so many vertices.
+    /// Adds a spring between two parts of a body of `count` vertices.
     fn add_pair(&mut self, spring: PairSpring, count: usize) {
         self.pair_block.resize(count, Sym3::ZERO);
         for (place, &row) in spring.rows.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Search for pairs that may touch: a tree over the triangles, along a curve through their centroids.
 //!
 //! A pair is left out where a vertex of one part lies within the band of one of the other in the rest shape: neighbours, and the lips of a
-//! tear, which begin at distance zero. The tree finds more pairs than touch; none of them acts on the result, for pairs are sorted by rows before
+//! tear, which begin at distance zero. The tree finds more pairs than touch; the others do not act on the result, for pairs are sorted by rows before
 //! anything is summed.
 
 use super::closest::crosses;
@@ -12,7 +12,7 @@ use glam::DVec3;
 /// Triangles in a leaf.
 const LEAF: usize = 4;
 
-/// The most pairs per triangle, and beside: of crumpled tissue that moves by its own size in a step nothing is told apart one by one.
+/// Maximum number of pairs per triangle, and in addition: crumpled tissue that moves by its own size in a step moves as one.
 const MOST_PER_TRIANGLE: usize = 64;
 const MOST_BESIDE: usize = 10_000;
 
@@ -55,7 +55,8 @@ impl Sweep<'_> {
     pub(super) fn find(&self, layers: &mut Layers) {
         let Self { vertices, triangles, start, .. } = self;
         let (x, corners) = (&vertices.position, &triangles.corners);
-        let is_here = layers.found_to == *x && layers.found_of == *corners;
+        let within = [self.reach, self.band];
+        let is_here = layers.found_to == *x && layers.found_of == *corners && layers.found_within == within;
         if is_here && (layers.found_from == *start || *start == x && layers.are_apart && layers.overlapping == 0) {
             return;
         }
@@ -64,6 +65,7 @@ impl Sweep<'_> {
         layers.found_from.extend_from_slice(start);
         layers.found_to.clone_from(x);
         layers.found_of.clone_from(corners);
+        layers.found_within = within;
         self.search(layers);
     }
 

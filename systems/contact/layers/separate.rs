@@ -1,4 +1,4 @@
-//! Proof that no layer has passed through another in a step; where there is none they are held back.
+//! Proof that no layer has passed through another in a step, and correction of the pairs without a proof.
 //!
 //! Two parts whose ways are straight have not met if one direction tells them apart at the start and at the end: a plane that moves with
 //! them stands between them all the way. Layers that move together are free by it. Where no direction is found the nearest one holds both back,
@@ -19,7 +19,7 @@ const LEFT: f64 = 0.2;
 /// Gap at the start along a direction of a proof, over the distance.
 const TOLD_APART: f64 = 0.3;
 
-/// Rounds in which parts are held back by a plane; then by a common motion, then by none.
+/// Rounds with planes, the last round with common motions, and the maximum; later rounds put vertices back to their start.
 const PLANE_ROUNDS: u32 = 60;
 const COMMON_ROUNDS: u32 = 120;
 const MOST_ROUNDS: u32 = 200;
@@ -27,7 +27,7 @@ const MOST_ROUNDS: u32 = 200;
 /// A correction over the radius from which on pairs are looked for again: it may have led to others.
 const FAR: f64 = 0.25;
 
-/// Searches for pairs: after so many all are held back by a common motion at once, after so many more by none.
+/// Searches with planes first, then with common motions first, and the maximum number; later ones put vertices back at once.
 const PLANE_SEARCHES: u32 = 4;
 const COMMON_SEARCHES: u32 = 7;
 const MOST_SEARCHES: u32 = 10;
@@ -149,13 +149,14 @@ pub fn keep_apart(world: &mut hecs::World, step: &StepContext) -> usize {
                 break;
             }
         }
-        layers.held_back = 0;
+        let mut held_back = 0;
         for (v, before) in before.into_iter().enumerate().filter(|(v, before)| vertices.position[*v] != *before) {
-            layers.held_back += 1;
+            held_back += 1;
             increment.displacement[v] += vertices.position[v] - before;
             increment.has_projected_vertices = true;
             vertices.velocity[v] = step.velocity_displacement(increment, v) * step.inv_effective_dt();
         }
+        layers.held_back = layers.held_back.max(held_back);
     }
     count
 }

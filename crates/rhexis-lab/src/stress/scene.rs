@@ -78,7 +78,7 @@ pub(super) fn scene(dice: &mut Dice, threads: usize, (glides, touches_itself): (
         let shape = shape(dice, size);
         obstacles.push(simulation.spawn_obstacle(Obstacle { shape }).map_err(|error| error.to_string())?);
     }
-    // Layers that begin nearer than their radius have an energy that is not counted.
+    // The invariant leaves out the energy of layers nearer than their radius.
     let is_free = is_free && !touches_itself;
     Ok(Scene { simulation, bodies, obstacles, is_free, size })
 }

@@ -1,7 +1,7 @@
 //! Texture coordinates, normals and colours that a file gives its vertices.
 //!
 //! A vertex of the engine has one of each: of texture coordinates and colours that a file gives it the first stands, and normals are
-//! averaged. Vertices with several texture coordinates are a seam: corners of triangles keep theirs. What not every vertex has is left out.
+//! averaged. Vertices with several texture coordinates are a seam: corners of triangles keep theirs. Channels that some vertices lack are left out.
 
 use super::draft::Draft;
 use glam::{DVec2, DVec3};
@@ -30,7 +30,7 @@ pub(super) struct Decoration {
 }
 
 impl Decoration {
-    /// Gives a vertex the numbers of a channel; what is not finite is none. Whether it has no other texture coordinate.
+    /// Numbers of a channel for a vertex; those that are not finite are passed over. Whether it has no other texture coordinate.
     pub(super) fn give(&mut self, channel: Channel, row: u32, numbers: &[f64]) -> bool {
         let (width, place) = (channel.width(), CHANNELS.iter().position(|kind| *kind == channel).unwrap_or(0));
         if numbers.len() != width || numbers.iter().any(|number| !number.is_finite()) {

@@ -9,7 +9,7 @@ const ON_EDGE: f64 = 1e-6;
 /// The most that rounding of coordinates may add to it.
 const MOST_ROUNDING: f64 = 1e-3;
 
-/// The most edges per vertex that are looked at; what is beyond is found once these are split.
+/// Maximum number of places per vertex of the rim; those beyond are found once these are split.
 const MOST_EDGES: usize = 16;
 
 /// Points in a leaf of the search tree.

@@ -122,7 +122,7 @@ impl Beside {
         }));
     }
 
-    /// Gives the vertices of a face what its corners name, and the corners of its triangles from `first` on theirs.
+    /// Texture coordinates and normals of a face, for its vertices and for the corners of its triangles from `first` on.
     fn give(&mut self, face: &[u32], first: usize, draft: &mut Draft) {
         for (&vertex, of_corner) in face.iter().zip(&self.of_corner[self.given..]) {
             let [texture, normal] = of_corner.map(|row| row.map_or(usize::MAX, |row| row as usize));

@@ -137,7 +137,7 @@ fn folded_and_crossing_polygons_are_filled_by_repair_and_counted() {
     let (first, second) = (of([[0, 1, 2], [0, 2, 3]]), of([[0, 1, 3], [1, 2, 3]]));
     let neighbour = 0.5 * (dvec3(0.2, -0.7, -0.5)).cross(dvec3(0.4, -0.9, 0.3)).length();
     assert!((area(&file.mesh) - neighbour - first.min(second)).abs() < 1e-12, "{first} {second}");
-    // The same triangles from every corner; a bow, a spike, a star, and one that runs round twice are read as well.
+    // One filling from every corner; a bow, a spike, a star, and one that runs round twice are read as well.
     let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0 0\n";
     for face in ["1 3 2 4", "1 2 5 4", "1 2 3 4 1 2 3 4"] {
         let file = with("a.obj", format!("{corners}f {face}\n"), &repair);

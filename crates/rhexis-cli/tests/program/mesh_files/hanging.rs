@@ -79,7 +79,7 @@ fn hanging_vertices_are_named_and_left_without_repair() {
     let named =
         "1 vertices on the edge of a triangle that does not have them (at (0.500000, 0.500000, 0.000000) line 9)";
     assert!(message.contains(named), "{message}");
-    // Vertices that meet, and lips that are parted at the same places, are none.
+    // Vertices that meet do not hang, nor do those of lips parted at equal places.
     for (left, right) in [(1, 1), (3, 3)] {
         assert_eq!(summary(&[("a.obj", &two_densities(left, right))], &body(false)).0.hanging, 0);
     }
@@ -106,7 +106,7 @@ fn lists_count_the_triangles_of_the_file_after_repair() {
     assert!(message.contains("f.txt has 1 entries, and the mesh 7 triangles"), "{message}");
 }
 
-/// A plate of 1 x 10 mm with its skin closed is a thin solid; a block and an open box are none.
+/// A plate of 1 x 10 mm with its skin closed is a thin solid; a block and an open box are not.
 #[test]
 fn a_closed_thin_solid_is_said_to_be_one() {
     let slab = |height: f64| {
