@@ -96,6 +96,10 @@ pub struct BodyReport {
     /// solve had kept them apart.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub layers_held_back: u32,
+    /// Whether the body moved as one in a pass of the step, undone attempts included: keeping its layers apart had taken all that the
+    /// [budget](crate::settings::Settings::budget) left, or too many of them were near.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub layers_moved_as_one: bool,
     /// Pairs of triangles that had passed through each other at the start of the step: they are left alone until they are apart.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub layers_overlapping: u32,

@@ -32,6 +32,12 @@ const TRIANGLES_PER_ADVANCE: usize = 10_000;
 /// Number of triangles over which an iteration takes as long as halving one of them.
 const TRIANGLES_PER_HALVING: usize = 500;
 
+/// Box tests of contact between layers in the time that an iteration takes over a triangle.
+const TESTS_PER_ITERATION: usize = 2;
+
+/// Work that contact between layers may take where the budget leaves less.
+const LEAST_OF_LAYERS: u32 = 100;
+
 /// Maximum iterations with a new factor within a work; at least one.
 pub fn iterations_with_factor(work: u32) -> u32 {
     (work.saturating_sub(2 * FACTOR) / FACTOR_ITERATION).max(1)
@@ -50,6 +56,16 @@ pub fn of_halvings(halvings: usize, triangles: usize) -> u32 {
 /// Number of halvings that so much work allows in a body of so many triangles; one at the least.
 pub fn halvings_within(work: u32, triangles: usize) -> usize {
     (work as usize * triangles / TRIANGLES_PER_HALVING).max(1)
+}
+
+/// Work of box tests between the layers of a body of so many triangles.
+pub fn of_layers(tests: usize, triangles: usize) -> u32 {
+    in_iterations(tests / TESTS_PER_ITERATION, triangles)
+}
+
+/// Number of box tests for which the budget has work left; some are allowed always, since layers are held apart by them alone.
+pub fn tests_within(left: Option<u32>, triangles: usize) -> usize {
+    left.map_or(usize::MAX, |left| left.max(LEAST_OF_LAYERS) as usize * triangles * TESTS_PER_ITERATION)
 }
 
 /// Work of the shortest solve of a body, with an advance after it where it may tear.

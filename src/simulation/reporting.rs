@@ -95,6 +95,7 @@ impl Simulation {
                 hand_ahead: ahead.max(behind),
                 self_contacts: layers.map_or(0, |layers| layers.touching),
                 layers_held_back: layers.map_or(0, |layers| layers.held_back),
+                layers_moved_as_one: layers.is_some_and(|layers| layers.moved_as_one),
                 layers_overlapping: layers.map_or(0, |layers| layers.overlapping),
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,

@@ -250,7 +250,8 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
                     || has_deep_face(&looked_at, contact, &increment.start, (vertices, triangles)));
             let own = contact.self_contact.filter(|_| !is_in_obstacle && planar.is_none());
             let mesh = (vertices, triangles, topology);
-            is_in_obstacle || own.is_some_and(|own| layers::asks(mesh, &increment.start, &own, (scratch, grips)))
+            is_in_obstacle
+                || own.is_some_and(|own| layers::asks(mesh, &increment.start, &own, (result, scratch, grips)))
         });
         // A body whose budget allows no other solve is put outside after the last round.
         result.select(asks && step.affords(result, 1));

@@ -38,6 +38,10 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         &format!("up to {} vertices were held back, lest layers of a body pass through each other", t.most_held_back),
     );
     counted(
+        t.layers_moved_as_one,
+        "a body moved as one: keeping its layers apart had taken all that run.budget left, or too many of them were near",
+    );
+    counted(
         t.layers_overlapping,
         &format!(
             "layers of a body overlapped in up to {} pairs of triangles, which are left alone",

@@ -274,6 +274,8 @@ pub(super) struct SolverFigures {
     /// Steps at whose end vertices were held back, lest layers of a body pass through each other; the most at once.
     pub layers_held_back: Count,
     pub most_held_back_vertices: u32,
+    /// Steps in which a body moved as one, since keeping its layers apart had reached its limit.
+    pub layers_moved_as_one: Count,
     /// Steps at whose start layers of a body overlapped; the most pairs of triangles at once.
     pub layers_overlapping: Count,
     pub most_overlapping_triangles: u32,
@@ -360,6 +362,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             vertices_projected: t.vertices_projected,
             layers_held_back: t.layers_held_back,
             most_held_back_vertices: t.most_held_back,
+            layers_moved_as_one: t.layers_moved_as_one,
             layers_overlapping: t.layers_overlapping,
             most_overlapping_triangles: t.most_overlapping,
             cut_short: t.cut_short,

@@ -55,6 +55,9 @@ pub(super) struct Tally {
     pub layers_held_back: Count,
     #[serde(default)]
     pub most_held_back: u32,
+    /// Steps in which a body moved as one, since keeping its layers apart had reached its limit.
+    #[serde(default)]
+    pub layers_moved_as_one: Count,
     /// Steps at whose start layers of a body overlapped; the most pairs of triangles at once.
     #[serde(default)]
     pub layers_overlapping: Count,
@@ -173,6 +176,7 @@ impl Tally {
                 .map(|count| report.bodies.iter().map(count).max().unwrap_or(0));
         self.layers_held_back.note(held_back > 0, o.step);
         self.most_held_back = self.most_held_back.max(held_back);
+        self.layers_moved_as_one.note(report.bodies.iter().any(|body| body.layers_moved_as_one), o.step);
         self.layers_overlapping.note(overlapping > 0, o.step);
         self.most_overlapping = self.most_overlapping.max(overlapping);
         self.failed.note(report.has_failed, o.step);

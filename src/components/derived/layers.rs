@@ -14,6 +14,15 @@ pub(crate) struct Pair {
     pub triangle: u32,
 }
 
+/// Two parts at the start of a sweep.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PairStart {
+    /// Unit normal along the shortest way from the second part to the first.
+    pub normal: DVec3,
+    /// Length of that way \[mm\].
+    pub distance: f64,
+}
+
 /// A spring between two parts of a body along a normal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PairSpring {
@@ -41,11 +50,46 @@ impl PairSpring {
     }
 }
 
+/// A box around points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    /// Lowest corner \[mm\].
+    pub low: DVec3,
+    /// Highest corner \[mm\].
+    pub high: DVec3,
+}
+
+/// Two triangles with parts that may touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate {
+    /// Rows of the triangles, ascending.
+    pub rows: [u32; 2],
+    /// Which of their vertices are too near to each other in the rest shape to touch.
+    pub near: [[bool; 3]; 3],
+}
+
+/// Pairs of triangles that may meet while all vertices stay in their boxes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Candidates {
+    /// The pairs, in no order.
+    pub list: Vec<Candidate>,
+    /// Boxes of the vertices.
+    pub boxes: Vec<Bounds>,
+    /// Triangles of the mesh, and rest positions \[mm\], for which they hold.
+    pub corners: Vec<[u32; 3]>,
+    pub rest: Vec<DVec3>,
+    /// Band \[mm\].
+    pub band: f64,
+    /// Whether they exceeded their limit; the list is then empty.
+    pub are_too_many: bool,
+}
+
 /// Self-contact of a body in the last step, and the memory of the search. *Derived.*
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Layers {
-    /// Pairs that may touch, in ascending order.
+    /// Pairs that may touch, in ascending order, and how each begins the sweep.
     pub pairs: Vec<Pair>,
+    pub starts: Vec<PairStart>,
     /// Pairs that a solve of this step has carried through each other, in ascending order.
     pub through: Vec<Pair>,
     /// Sweep of the last search: positions at its start and end \[mm\], and the triangles.
@@ -58,12 +102,20 @@ pub(crate) struct Layers {
     pub are_too_many: bool,
     /// Whether all of them were proved apart on these ways.
     pub are_apart: bool,
+    /// Candidates of the searches.
+    pub candidates: Candidates,
     /// Rows of the triangles along a Morton curve, the order of the search tree.
     pub order: Vec<u32>,
     /// Pairs that repel each other in the last solve.
     pub touching: u32,
     /// Largest number of vertices held back in one pass of the step, where no solve had kept the layers apart.
     pub held_back: u32,
+    /// Whether the search or the work ended at its limit in a pass of the step, so that the body moved as one.
+    pub moved_as_one: bool,
+    /// Pairs of triangles that met in the last search, those beyond the band.
+    pub met: usize,
+    /// Box tests since the work was last counted; a pair's proof is some of them.
+    pub tests: usize,
     /// Pairs of triangles that had passed through each other at the start of the step, which are left alone.
     pub overlapping: u32,
 }

@@ -108,7 +108,7 @@ impl SolverScratch {
         self.outputs.keep(read);
         self.contact.keep();
         if let Some(layers) = self.contact.layers.as_mut().filter(|_| !is_retried) {
-            layers.held_back = 0;
+            (layers.held_back, layers.moved_as_one) = (0, false);
         }
         self.momentum.before = self.momentum.balance;
         (self.is_counted, self.to_correct, self.line_search) = (false, None, None);

@@ -14,12 +14,12 @@ pub(super) use separate::asks;
 pub use separate::keep_apart;
 
 use crate::components::{
-    Bending, Contact, ExternalStiffness, Forces, Frames, FreeAxes, Grips, Increment, Pair, PairSpring, Planar,
+    Bending, Contact, ExternalStiffness, Forces, Frames, FreeAxes, Grips, Increment, Layers, Pair, PairSpring, Planar,
     SelfContact, SolveResult, SolverScratch,
 };
 use crate::math::{Sym3, nearest_in_triangle};
 use crate::storage::{NONE, Topology, Triangles, Vertices};
-use crate::systems::{StepContext, parallel};
+use crate::systems::{StepContext, parallel, work};
 use closest::Nearest;
 use glam::DVec3;
 use hecs::World;
@@ -40,6 +40,10 @@ const LEAST_DISTANCE: f64 = 0.02;
 /// Target distance of the further solve between parts that the solve before has carried through each other, over the radius.
 const GOAL: f64 = 0.7;
 
+/// Box tests that take as long as the proof of a pair, and as the spring of one.
+const TESTS_PER_PROOF: usize = 4;
+const TESTS_PER_SPRING: usize = 20;
+
 /// A weight below which a nearest point lies on the edge, or at the end, of a part.
 const ON_EDGE: f64 = 1e-9;
 
@@ -49,7 +53,7 @@ type Mesh<'a> = (&'a Vertices, &'a Triangles, &'a Topology);
 /// Pushes layers apart that are nearer than the radius, or that a solve of the step has carried through each other.
 pub fn push_apart(world: &mut World, step: &StepContext) -> usize {
     type Query<'a> = (
-        (Mesh<'a>, &'a Increment, &'a SolveResult, &'a Contact, Option<&'a Grips>),
+        (Mesh<'a>, &'a Increment, &'a mut SolveResult, &'a Contact, Option<&'a Grips>),
         (&'a Frames, Option<&'a Bending>),
         (&'a mut Forces, &'a mut ExternalStiffness, &'a mut SolverScratch),
     );
@@ -79,6 +83,8 @@ pub fn push_apart(world: &mut World, step: &StepContext) -> usize {
                 }
                 external.add_pair(spring, x.len());
             }
+            layers.tests += TESTS_PER_SPRING * layers.touching as usize;
+            layers.count_work(result, mesh.1.len());
         },
     )
 }
@@ -87,6 +93,14 @@ pub fn push_apart(world: &mut World, step: &StepContext) -> usize {
 fn sweep<'a>((vertices, triangles, topology): Mesh<'a>, start: &'a [DVec3], own: &SelfContact) -> Sweep<'a> {
     let (reach, band) = (own.radius, own.band.unwrap_or(0.0));
     Sweep { vertices, triangles, topology, start, reach, band }
+}
+
+impl Layers {
+    /// Adds the tests since the last count to the work of the body's step.
+    fn count_work(&mut self, result: &mut SolveResult, triangles: usize) {
+        let tests = std::mem::take(&mut self.tests);
+        result.work = result.work.saturating_add(work::of_layers(tests, triangles));
+    }
 }
 
 /// Vertices that cannot move against each other.

@@ -5,12 +5,12 @@
 //! with equal impulses, until a gap is left. In the end the parts of a pair move alike, and at last not at all, which is no motion through anything:
 //! so it ends.
 
-use super::{HeldTogether, Mesh, sweep};
+use super::{HeldTogether, Mesh, TESTS_PER_PROOF, sweep};
 use crate::components::{
-    Contact, FreeAxes, Grips, Increment, Layers, Pair, Planar, SelfContact, SolveResult, SolverScratch,
+    Contact, FreeAxes, Grips, Increment, Layers, Pair, PairStart, Planar, SelfContact, SolveResult, SolverScratch,
 };
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::StepContext;
+use crate::systems::{StepContext, work};
 use glam::DVec3;
 
 /// Gap to be left between the parts of a pair, over that at the start, or over the radius if that is less.
@@ -54,13 +54,16 @@ pub(super) enum Proof {
 
 impl Proof {
     /// Looks for a direction that tells a pair apart at both ends.
-    pub(super) fn new(pair: &Pair, start: &[DVec3], end: &[DVec3], radius: f64) -> Self {
-        let way = pair.nearest(start).way;
-        let distance = way.length();
+    pub(super) fn new(
+        (pair, &PairStart { normal, distance }): (&Pair, &PairStart),
+        start: &[DVec3],
+        end: &[DVec3],
+        radius: f64,
+    ) -> Self {
         if !(distance > 1e-9 * radius) {
             return Self::Touching;
         }
-        let (normal, target) = (way / distance, LEFT * distance.min(radius));
+        let target = LEFT * distance.min(radius);
         let missing = target - pair.heights(normal, end).gap();
         if missing <= target * 1e-9 {
             return Self::Apart;
@@ -83,28 +86,37 @@ impl Proof {
     }
 }
 
+impl Layers {
+    /// Box tests in the time of one proof for every pair; none where nothing has moved, since the list may then be longer than asked for.
+    fn tests_of_proofs(&self, is_at_rest: bool) -> usize {
+        if is_at_rest { 0 } else { TESTS_PER_PROOF * self.pairs.len() }
+    }
+}
+
 /// Whether the last solve has carried layers of a body through each other, so far or so often that another solve is to see it.
 pub(in crate::systems::contact) fn asks(
     mesh: Mesh<'_>,
     start: &[DVec3],
     own: &SelfContact,
-    (scratch, grips): (&mut SolverScratch, Option<&Grips>),
+    (result, scratch, grips): (&mut SolveResult, &mut SolverScratch, Option<&Grips>),
 ) -> bool {
     let SolverScratch { free, contact: memory, .. } = scratch;
     let x = &mesh.0.position[..];
     let held = HeldTogether::new(x.len(), free, grips);
     let layers = &mut **memory.layers.get_or_insert_default();
     sweep(mesh, start, own).find(layers);
-    let Layers { pairs, through, .. } = layers;
+    let Layers { pairs, starts, through, .. } = layers;
     let (mut count, mut deepest) = (0, 0.0_f64);
-    for pair in pairs.iter().filter(|pair| !held.all(pair)) {
+    for pair in pairs.iter().zip(starts.iter()).filter(|(pair, _)| !held.all(pair)) {
         if let Proof::Through { missing, .. } = Proof::new(pair, start, x, own.radius) {
             (count, deepest) = (count + 1, deepest.max(missing));
-            through.push(*pair);
+            through.push(*pair.0);
         }
     }
     through.sort_unstable();
     through.dedup();
+    layers.tests += layers.tests_of_proofs(start == x);
+    layers.count_work(result, mesh.1.len());
     count > FEW || deepest > SHALLOW * own.radius
 }
 
@@ -112,7 +124,7 @@ pub(in crate::systems::contact) fn asks(
 pub fn keep_apart(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a mut Vertices, &'a Triangles, &'a Topology, &'a mut Increment),
-        (&'a SolveResult, &'a mut SolverScratch, Option<&'a Grips>, &'a Contact),
+        (&'a mut SolveResult, &'a mut SolverScratch, Option<&'a Grips>, &'a Contact),
     );
     let mut count = 0;
     for ((vertices, triangles, topology, increment), (result, scratch, grips, contact)) in
@@ -125,14 +137,19 @@ pub fn keep_apart(world: &mut hecs::World, step: &StepContext) -> usize {
         let held = HeldTogether::new(vertices.len(), free, grips);
         let before = vertices.position.clone();
         let far_sq = FAR * FAR * own.radius * own.radius;
-        let mut mover = Mover { free, start: &increment.start, stamps: Vec::new(), motions: 0 };
+        let most = work::tests_within(step.left(result), triangles.len());
+        let mut mover = Mover { free, start: &increment.start, stamps: Vec::new(), motions: 0, tests: 0, most };
         for search in 0..MOST_SEARCHES {
             sweep((&*vertices, triangles, topology), &increment.start, &own).find(layers);
+            mover.tests +=
+                std::mem::take(&mut layers.tests) + layers.tests_of_proofs(increment.start == vertices.position);
             if layers.are_too_many {
+                layers.moved_as_one = true;
                 mover.all_in_common(vertices);
                 break;
             }
-            let pairs: Vec<Pair> = layers.pairs.iter().filter(|pair| !held.all(pair)).copied().collect();
+            let pairs = layers.pairs.iter().zip(&layers.starts).filter(|(pair, _)| !held.all(pair));
+            let pairs: Vec<(Pair, PairStart)> = pairs.map(|(pair, start)| (*pair, *start)).collect();
             let from = vertices.position.clone();
             let first_round = match search {
                 0..PLANE_SEARCHES => 0,
@@ -144,11 +161,18 @@ pub fn keep_apart(world: &mut hecs::World, step: &StepContext) -> usize {
             if were_apart {
                 break;
             }
+            if mover.tests > most {
+                layers.moved_as_one = true;
+                mover.all_in_common(vertices);
+                break;
+            }
             let ways = from.iter().zip(&vertices.position).map(|(a, b)| a.distance_squared(*b));
             if !(ways.fold(0.0, f64::max) > far_sq) {
                 break;
             }
         }
+        layers.tests = mover.tests;
+        layers.count_work(result, triangles.len());
         let mut held_back = 0;
         for (v, before) in before.into_iter().enumerate().filter(|(v, before)| vertices.position[*v] != *before) {
             held_back += 1;
@@ -168,11 +192,20 @@ struct Mover<'a> {
     /// Motions before the last of each vertex, counted from one.
     stamps: Vec<u32>,
     motions: u32,
+    /// Box tests made, and the number after which the body moves as one.
+    tests: usize,
+    most: usize,
 }
 
 impl Mover<'_> {
-    /// Separates pairs one after the other, until all are apart or the rounds are used up. Whether all were apart.
-    fn separate(&mut self, vertices: &mut Vertices, pairs: &[Pair], (radius, first_round): (f64, u32)) -> bool {
+    /// Separates pairs one after the other, until all are apart or the rounds are used up. Whether all were apart. From half of the tests on
+    /// pairs move in common, from three quarters on not at all.
+    fn separate(
+        &mut self,
+        vertices: &mut Vertices,
+        pairs: &[(Pair, PairStart)],
+        (radius, first_round): (f64, u32),
+    ) -> bool {
         let mut looked_at = vec![0_u32; pairs.len()];
         self.stamps.clear();
         self.stamps.resize(vertices.len(), 1);
@@ -180,15 +213,24 @@ impl Mover<'_> {
         let mut were_apart = true;
         for round in first_round..MOST_ROUNDS {
             let before = self.motions;
-            for (pair, looked_at) in pairs.iter().zip(&mut looked_at) {
+            for ((pair, start), looked_at) in pairs.iter().zip(&mut looked_at) {
                 if pair.rows.iter().all(|&row| self.stamps[row as usize] <= *looked_at) {
                     continue;
                 }
+                if self.tests > self.most {
+                    return false;
+                }
+                self.tests += if *looked_at > 0 { TESTS_PER_PROOF } else { 0 };
                 *looked_at = self.motions;
-                let proof = Proof::new(pair, self.start, &vertices.position, radius);
+                let proof = Proof::new((pair, start), self.start, &vertices.position, radius);
                 were_apart &= proof == Proof::Apart;
                 let Proof::Through { normal, target, .. } = proof else { continue };
-                match round {
+                let least_round = match self.tests / (self.most / 4 + 1) {
+                    0 | 1 => 0,
+                    2 => PLANE_ROUNDS,
+                    _ => COMMON_ROUNDS,
+                };
+                match round.max(least_round) {
                     0..PLANE_ROUNDS => self.by_plane(vertices, pair, (normal, target)),
                     PLANE_ROUNDS..COMMON_ROUNDS => self.in_common(vertices, pair),
                     _ => self.put_back(vertices, pair),
