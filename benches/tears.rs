@@ -7,7 +7,7 @@ mod fig2;
 use divan::{Bencher, black_box, counter::ItemsCount};
 use fig2::{LARGE, SMALL, hand, square};
 use glam::{DVec2, DVec3};
-use rhexis::components::{Bending, DecidedBy, EnergyCriterion, Tearing, Toughness};
+use rhexis::components::{Bending, EnergyCriterion, Tearing, Toughness};
 use rhexis::math::Sym2;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
@@ -156,7 +156,7 @@ fn energy_at_rest(bencher: Bencher, edges_per_radius: f64) {
         let energy = &EnergyCriterion::new(Toughness { along: 0.02, across: 0.5 });
         let (terms, mut memory) = (EnergyTerms { tearing, energy }, TipMemory::default());
         let mut decide = || energy_decision(surface, terms, 0, (tip, DVec3::NEG_Y), &mut memory);
-        assert!(decide().is_some_and(|(decision, _)| decision.by == DecidedBy::Energy));
+        assert!(decide().is_some());
         bencher.bench_local(decide);
     });
 }
