@@ -90,8 +90,11 @@ fn chosen(name: Option<&str>) -> Result<Vec<&'static Case>, Stop> {
     if !chosen.is_empty() {
         return Ok(chosen);
     }
-    let names: Vec<&str> =
-        CASES.iter().map(|case| case.name).chain([Group::Mechanics, Group::Tear].map(Group::name)).collect();
+    let names: Vec<&str> = CASES
+        .iter()
+        .map(|case| case.name)
+        .chain([Group::Mechanics, Group::Contact, Group::Tear].map(Group::name))
+        .collect();
     let suggestion =
         nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
     Err(Stop::Usage(format!(

@@ -7,6 +7,7 @@
 mod artifacts;
 mod bodies;
 mod constitutive;
+mod contact;
 mod drum;
 mod dynamics;
 mod fig2;
@@ -105,6 +106,8 @@ pub enum VerifyError {
 pub enum Group {
     /// Elasticity, membranes and time integration.
     Mechanics,
+    /// Contact with obstacles and of a body with itself.
+    Contact,
     /// Tears: stress at tips, loads, paths, energies.
     Tear,
 }
@@ -114,6 +117,7 @@ impl Group {
     pub fn name(self) -> &'static str {
         match self {
             Self::Mechanics => "mechanics",
+            Self::Contact => "contact",
             Self::Tear => "tear",
         }
     }
@@ -147,6 +151,14 @@ pub const CASES: &[Case] = &[
     mechanics("motion", "rigid motion, resultants, energy balance, spin", motion::run),
     mechanics("integrator", "order in time of TR-BDF2 and of backward Euler", integrator::run),
     mechanics("stability", "steps of any length damp noise on a taut sheet", stability::run),
+    contact("contact-balance", "forces of obstacles, rim and inertia add up at every step", contact::balance),
+    contact("contact-landing", "a sheet thrown on a table: impulse and weight", contact::landing),
+    contact(
+        "contact-friction",
+        "a sheet on a slope sticks without creep, and slides by Coulomb's law",
+        contact::friction,
+    ),
+    contact("contact-layers", "sheets bear each other, a ribbon goes through a slot without crossing", contact::layers),
     tear("tear-fibre", "the notched square tears along its fibres", tear::fibre::run),
     tear("tear-mesh", "path and load of a tear on four kinds of mesh", tear::mesh::run),
     tear("tear-mesh-stable", "the same in equilibria, over the whole tear", tear::mesh::stable),
@@ -180,6 +192,10 @@ type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;
 
 const fn mechanics(name: &'static str, about: &'static str, run: Run) -> Case {
     Case { name, about, group: Group::Mechanics, run }
+}
+
+const fn contact(name: &'static str, about: &'static str, run: Run) -> Case {
+    Case { name, about, group: Group::Contact, run }
 }
 
 const fn tear(name: &'static str, about: &'static str, run: Run) -> Case {
