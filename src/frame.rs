@@ -12,6 +12,32 @@ pub struct Frame {
     pub time: f64,
     /// The bodies, in order of spawning.
     pub bodies: Vec<BodyFrame>,
+    /// Obstacles, in the order of their handles, then forceps and closed jaws.
+    pub solids: Vec<SolidFrame>,
+}
+
+/// Kind of a [`SolidFrame`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolidKind {
+    /// An obstacle.
+    Obstacle,
+    /// Forceps, or the closed jaws of a grip, as a ball of their radius.
+    Jaws,
+}
+
+/// A rigid thing at one moment, as a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolidFrame {
+    /// Kind of the solid.
+    pub kind: SolidKind,
+    /// Vertex positions \[mm\].
+    pub positions: Vec<DVec3>,
+    /// Vertex indices of the triangles, which face outwards. Of a plane the part under the bodies.
+    pub triangles: Vec<[u32; 3]>,
+    /// Middle of the solid \[mm\].
+    pub at: DVec3,
+    /// Force on the bodies in the last step \[N\].
+    pub force: DVec3,
 }
 
 /// One body at one moment. Per-triangle arrays stand in the order of `triangles`.

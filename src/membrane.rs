@@ -18,6 +18,7 @@ use std::sync::Arc;
 /// Parameters that vary by triangle.
 #[derive(Clone, Default)]
 struct PerTriangle {
+    material: Option<Vec<Material>>,
     thickness: Option<Vec<f64>>,
     strength: Option<Vec<f64>>,
     toughness: Option<Vec<f64>>,
@@ -26,8 +27,9 @@ struct PerTriangle {
 
 impl PerTriangle {
     fn check(&self, needed: usize) -> Result<(), BodyError> {
-        let Self { thickness, strength, toughness, pre_stretch } = self;
+        let Self { material, thickness, strength, toughness, pre_stretch } = self;
         let lengths = [
+            ("materials", material.as_ref().map(Vec::len)),
             ("thicknesses", thickness.as_ref().map(Vec::len)),
             ("strengths", strength.as_ref().map(Vec::len)),
             ("toughnesses", toughness.as_ref().map(Vec::len)),
@@ -100,6 +102,26 @@ impl Membrane {
     #[must_use]
     pub fn fibres(mut self, fibres: Fibres) -> Self {
         self.fibres = Some(fibres);
+        self
+    }
+
+    /// Sets the material of each triangle, in the mesh's order.
+    ///
+    /// # Examples
+    /// ```
+    /// use rhexis::prelude::*;
+    ///
+    /// let mesh = generate::grid(10.0, 10.0, 8, 8)?;
+    /// let (soft, stiff) = (Material::isotropic(1.0, 0.45, 0.1), Material::isotropic(20.0, 0.45, 0.1));
+    /// let is_left = |corners: &[u32; 3]| corners.iter().all(|&v| mesh.positions[v as usize].x <= 5.0);
+    /// let materials = mesh.triangles.iter().map(|corners| if is_left(corners) { soft } else { stiff }).collect();
+    /// let sheet = Membrane::new("sheet", mesh, soft).materials(materials);
+    /// sheet.validate()?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
+    #[must_use]
+    pub fn materials(mut self, list: Vec<Material>) -> Self {
+        self.per_triangle.material = Some(list);
         self
     }
 
@@ -256,7 +278,7 @@ impl Membrane {
         for (t, &corners) in self.mesh.triangles.iter().enumerate() {
             let x = corners.map(|v| self.mesh.positions[v as usize]);
             let centroid = (x[0] + x[1] + x[2]) / 3.0;
-            let mut material = (self.material)(centroid);
+            let mut material = own(&self.per_triangle.material, t, (self.material)(centroid));
             material.thickness = own(&self.per_triangle.thickness, t, material.thickness);
             positive("Material", "thickness", material.thickness)?;
             positive("Material", "density", material.density)?;

@@ -175,7 +175,7 @@ impl Simulation {
         Ok(count)
     }
 
-    /// Opens forceps; open ones stay so.
+    /// Opens forceps. Returns whether they were closed; open ones stay so.
     ///
     /// # Errors
     /// If there are no such forceps.
@@ -187,26 +187,25 @@ impl Simulation {
     /// # let jaws = Jaws { radius: 1.5, stiffness: None, force_limit: None, slip: Slip::Slide };
     /// # let forceps = simulation.spawn_forceps("forceps", jaws, Pose::at(DVec3::new(5.0, 5.0, 0.0)))?;
     /// simulation.close_forceps(forceps, body, &Grasp::Nearest { reach: 1.0 })?;
-    /// simulation.open_forceps(forceps)?;
+    /// assert!(simulation.open_forceps(forceps)?);
     /// assert_eq!(simulation.forceps(forceps)?.body, None);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn open_forceps(&mut self, forceps: ForcepsId) -> Result<(), ToolError> {
+    pub fn open_forceps(&mut self, forceps: ForcepsId) -> Result<bool, ToolError> {
         self.note(|| Input::OpenForceps(forceps));
         self.release(forceps)
     }
 
-    /// Opens forceps, should these be any.
-    pub(super) fn release(&mut self, forceps: ForcepsId) -> Result<(), ToolError> {
+    /// Opens forceps, should these be any. Returns whether they were closed.
+    pub(super) fn release(&mut self, forceps: ForcepsId) -> Result<bool, ToolError> {
         let tool = self.world.query_one_mut::<&mut Forceps>(forceps.entity()).map_err(|_| ToolError::NoSuchForceps)?;
         (tool.force, tool.torque) = (DVec3::ZERO, DVec3::ZERO);
-        if let Some(body) = tool.body.take() {
-            self.wake_by(body, WokenBy::Drive);
-            if let Ok(grips) = self.world.query_one_mut::<&mut Grips>(body.entity()) {
-                grips.pinches.retain(|pinch| pinch.forceps != Some(forceps));
-            }
+        let Some(body) = tool.body.take() else { return Ok(false) };
+        self.wake_by(body, WokenBy::Drive);
+        if let Ok(grips) = self.world.query_one_mut::<&mut Grips>(body.entity()) {
+            grips.pinches.retain(|pinch| pinch.forceps != Some(forceps));
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Forceps as they are: where, whether closed, and force and torque on the tissue at the last step.

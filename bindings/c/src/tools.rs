@@ -157,7 +157,7 @@ pub extern "C" fn rhexis_forceps_open(world: RhexisWorld, forceps: RhexisEntity)
     call(|| {
         with(world, |world| {
             let forceps = ForcepsId::from(world.entity(forceps)?);
-            world.simulation().open_forceps(forceps).map_err(refused)
+            world.simulation().open_forceps(forceps).map(|_| ()).map_err(refused)
         })
     })
 }

@@ -126,7 +126,7 @@ impl World {
     }
 
     /// Opens forceps: they let go.
-    fn open_forceps(&self, py: Python<'_>, forceps: Entity) -> PyResult<()> {
+    fn open_forceps(&self, py: Python<'_>, forceps: Entity) -> PyResult<bool> {
         self.with(py, |state| {
             let forceps = ForcepsId::from(state.entity(forceps)?);
             state.simulation_mut().open_forceps(forceps).map_err(refused)

@@ -49,7 +49,8 @@ def test_forceps_grasp_move_and_release(sheet: rhexis.World) -> None:
     state = sheet.forceps(forceps)
     np.testing.assert_allclose(state["position"], [5.5, 1, 0.8])
     assert state["force"][0] > 0.0 and state["force"][2] > 0.0
-    sheet.open_forceps(forceps)
+    assert sheet.open_forceps(forceps)
+    assert not sheet.open_forceps(forceps)
     assert sheet.forceps(forceps)["body"] is None
     sheet.move_forceps(forceps, [50, 1, 0.8], [0, 0, 1, 0], within=5.0)
     sheet.step(5.0)

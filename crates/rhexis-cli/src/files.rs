@@ -35,6 +35,8 @@ pub(super) struct Files {
     last_picture: Option<u64>,
     /// Pictures that could not be drawn, and what else the report should say of the files.
     pub notes: Vec<String>,
+    /// Whether pictures have arrows for the forces of obstacles and jaws.
+    pub with_forces: bool,
     /// What could not be written, by the kind of file.
     faults: BTreeMap<&'static str, String>,
     /// Faults that nobody has been told of.
@@ -156,6 +158,7 @@ impl Files {
             last_frame: None,
             last_picture: None,
             notes: Vec::new(),
+            with_forces: false,
             faults: BTreeMap::new(),
             untold: Vec::new(),
         }
@@ -188,7 +191,9 @@ impl Files {
         if due(self.picture_moments) && self.last_picture.replace(step) != Some(step) {
             for (index, body) in frame.bodies.iter().enumerate() {
                 let path = self.folder.join(format!("picture-{index}-{step:06}.png"));
-                let settings = PictureSettings::titled(&self.title, frame.time, step, tears as usize);
+                let titled = PictureSettings::titled(&self.title, frame.time, step, tears as usize);
+                let settings =
+                    PictureSettings { solids: frame.solids.clone(), show_forces: self.with_forces, ..titled };
                 match render(&path, body, &settings) {
                     Err(OutputError::Content { what, .. }) => {
                         self.notes.push(format!("{}: no picture: {what}", body.name))

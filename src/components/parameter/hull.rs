@@ -146,6 +146,11 @@ impl Hull {
         Ok(Self { radius, normals, vertex_normals, boxes, order, surface })
     }
 
+    /// Vertices \[mm\], about the middle of the bounds, and triangles, which face outwards.
+    pub fn surface(&self) -> (&[DVec3], &[[u32; 3]]) {
+        (&self.surface.positions, &self.surface.triangles)
+    }
+
     /// Distance \[mm\] of its farthest point from the middle.
     pub fn radius(&self) -> f64 {
         self.radius

@@ -73,7 +73,7 @@ fn plain() -> (String, usize) {
         simulation.move_forceps(forceps, Pose::at(double(forceps_at(frame))), within).unwrap();
         match frame {
             5 => _ = simulation.close_forceps(forceps, body, &Grasp::Nearest { reach: 1.0 }).unwrap(),
-            60 => simulation.open_forceps(forceps).unwrap(),
+            60 => _ = simulation.open_forceps(forceps).unwrap(),
             _ => {}
         }
         let target = Pose::at(double(hand_at(frame)));

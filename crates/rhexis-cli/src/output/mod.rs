@@ -18,5 +18,5 @@ pub use pvd::PvdWriter;
 pub use rhexis_scene::output::OutputError;
 pub(crate) use rhexis_scene::output::file;
 pub use surface::{write_obj, write_ply};
-pub use vtu::write_vtu;
-pub use vtu_read::{VtuError, read_vtu};
+pub use vtu::{write_solids, write_vtu};
+pub use vtu_read::{VtuError, read_solids, read_vtu};

@@ -1,9 +1,12 @@
 //! The list of a run's ParaView files (.pvd): which file shows which body at which time.
 
-use super::{OutputError, file, write_vtu};
+use super::{OutputError, file, write_solids, write_vtu};
 use rhexis::frame::Frame;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+
+/// Name of the part with obstacles and jaws.
+pub(crate) const SOLIDS: &str = "solids";
 
 /// Writes a .pvd file and, if wished, the .vtu files it lists.
 ///
@@ -63,7 +66,7 @@ impl PvdWriter {
         self.save()
     }
 
-    /// Writes one .vtu per body beside the list, named after list, body and step, and appends them.
+    /// Writes one .vtu per body beside the list, named after list, body and step, and one for obstacles and jaws where there are any, and appends them.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -77,9 +80,17 @@ impl PvdWriter {
             write_vtu(&path, body)?;
             files.push(path);
         }
-        let parts: Vec<(&str, &Path)> =
+        let mut parts: Vec<(&str, &Path)> =
             frame.bodies.iter().zip(&files).map(|(body, path)| (body.name.as_str(), path.as_path())).collect();
+        let solids = self.path.with_file_name(format!("{stem}-{}-{SOLIDS}-{:06}.vtu", files.len(), frame.step));
+        if !frame.solids.is_empty() {
+            write_solids(&solids, &frame.solids)?;
+            parts.push((SOLIDS, &solids));
+        }
         self.append(frame.time, &parts)?;
+        if !frame.solids.is_empty() {
+            files.push(solids);
+        }
         Ok(files)
     }
 

@@ -6,7 +6,7 @@ use super::{OutputError, file, shape};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
-use rhexis::frame::BodyFrame;
+use rhexis::frame::{BodyFrame, SolidFrame, SolidKind};
 use std::path::Path;
 
 /// Writes one body as an unstructured grid.
@@ -24,14 +24,57 @@ pub fn write_vtu(path: &Path, body: &BodyFrame) -> Result<(), OutputError> {
 /// Cell type of a triangle in VTK.
 const TRIANGLE: u8 = 5;
 
-fn grid(body: &BodyFrame) -> String {
-    let (points, cells) = (body.positions.len(), body.triangles.len());
+/// Writes obstacles and jaws as one unstructured grid. Cell data: `solid`, the place in the list; `kind`, 0 for an obstacle and 1 for jaws; `at` \[mm\], the
+/// middle of the solid; `force` \[N\], that of the solid on the bodies.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_solids(path: &Path, solids: &[SolidFrame]) -> Result<(), OutputError> {
+    let positions: Vec<DVec3> = solids.iter().flat_map(|solid| &solid.positions).copied().collect();
+    let mut triangles = Vec::new();
+    let mut first = 0;
+    for solid in solids {
+        triangles.extend(solid.triangles.iter().map(|corners| corners.map(|v| first + v)));
+        first += solid.positions.len() as u32;
+    }
+    let cells = || (0..).zip(solids).flat_map(|(place, solid)| solid.triangles.iter().map(move |_| (place, solid)));
+    let mut text = begin(positions.len(), triangles.len());
+    text.push_str("</PointData><CellData>");
+    floats(&mut text, "solid", 1, cells().map(|(place, _): (u32, _)| f64::from(place)));
+    floats(&mut text, "kind", 1, cells().map(|(_, solid)| if solid.kind == SolidKind::Jaws { 1.0 } else { 0.0 }));
+    vectors(&mut text, "at", cells().map(|(_, solid)| solid.at));
+    vectors(&mut text, "force", cells().map(|(_, solid)| solid.force));
+    end(&mut text, &positions, &triangles);
+    file::replace(path, text.as_bytes())
+}
+
+/// The beginning of a file, up to its point data.
+fn begin(points: usize, cells: usize) -> String {
     // Version 1.0 is the first with 64-bit block headers. VTK refuses a piece without its two counts.
-    let mut text = format!(
+    format!(
         "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\
          <UnstructuredGrid><Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\" NumberOfLines=\"0\" \
          NumberOfStrips=\"0\" NumberOfPolys=\"0\" NumberOfVerts=\"0\"><PointData>"
-    );
+    )
+}
+
+/// The end of a file, from its points on.
+fn end(text: &mut String, positions: &[DVec3], triangles: &[[u32; 3]]) {
+    let cells = triangles.len();
+    text.push_str("</CellData><Points>");
+    vectors(text, "", positions.iter().copied());
+    text.push_str("</Points><Cells>");
+    // Signed, as VTK has its own: readers take unsigned indices through floating-point numbers.
+    let corners = triangles.iter().flatten().map(|&v| i64::from(v).to_le_bytes());
+    array(text, ["Int64", "connectivity"], 1, corners);
+    array(text, ["Int64", "offsets"], 1, (1..=cells as i64).map(|k| (3 * k).to_le_bytes()));
+    array(text, ["UInt8", "types"], 1, (0..cells).map(|_| [TRIANGLE]));
+    text.push_str("</Cells></Piece></UnstructuredGrid></VTKFile>");
+}
+
+fn grid(body: &BodyFrame) -> String {
+    let (points, cells) = (body.positions.len(), body.triangles.len());
+    let mut text = begin(points, cells);
     let displacement = body.positions.iter().zip(&body.rest_positions).map(|(x, rest)| *x - *rest);
     vectors(&mut text, "displacement", displacement);
     for (name, of_points) in [("velocity", &body.velocities), ("force", &body.forces)] {
@@ -47,15 +90,7 @@ fn grid(body: &BodyFrame) -> String {
     if body.criterion.len() == cells {
         floats(&mut text, "criterion", 1, body.criterion.iter().copied());
     }
-    text.push_str("</CellData><Points>");
-    vectors(&mut text, "", body.positions.iter().copied());
-    text.push_str("</Points><Cells>");
-    // Signed, as VTK has its own: readers take unsigned indices through floating-point numbers.
-    let corners = body.triangles.iter().flatten().map(|&v| i64::from(v).to_le_bytes());
-    array(&mut text, ["Int64", "connectivity"], 1, corners);
-    array(&mut text, ["Int64", "offsets"], 1, (1..=cells as i64).map(|k| (3 * k).to_le_bytes()));
-    array(&mut text, ["UInt8", "types"], 1, (0..cells).map(|_| [TRIANGLE]));
-    text.push_str("</Cells></Piece></UnstructuredGrid></VTKFile>");
+    end(&mut text, &body.positions, &body.triangles);
     text
 }
 

@@ -3,7 +3,7 @@
 //! The format (XML, base64, appended and compressed data, limits on size) is read by [`rhexis_scene::mesh_file`]; here the arrays become a body.
 
 use glam::{DMat3, DVec3};
-use rhexis::frame::BodyFrame;
+use rhexis::frame::{BodyFrame, SolidFrame, SolidKind};
 use rhexis_scene::mesh_file::{Grid, MeshFileError, On, read_grid};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -76,6 +76,33 @@ pub fn read_vtu(path: &Path) -> Result<BodyFrame, VtuError> {
         triangles: grid.triangles,
         ..BodyFrame::default()
     })
+}
+
+/// Reads obstacles and jaws.
+///
+/// # Errors
+/// As [`read_vtu`].
+pub fn read_solids(path: &Path) -> Result<Vec<SolidFrame>, VtuError> {
+    let grid = read_grid(path, &["solid", "kind", "at", "force"])?;
+    let file = File { path, grid: &grid };
+    let place = file.required(file.rows::<1>(On::Cells, "solid")?, "solid")?.concat();
+    let kind = file.required(file.rows::<1>(On::Cells, "kind")?, "kind")?.concat();
+    let at = file.required(file.rows::<3>(On::Cells, "at")?, "at")?;
+    let force = file.required(file.rows::<3>(On::Cells, "force")?, "force")?;
+    let mut solids: Vec<SolidFrame> = Vec::new();
+    for (t, corners) in grid.triangles.iter().enumerate() {
+        if t == 0 || place[t] != place[t - 1] {
+            solids.push(SolidFrame {
+                kind: if kind[t] == 0.0 { SolidKind::Obstacle } else { SolidKind::Jaws },
+                positions: grid.positions.clone(),
+                triangles: Vec::new(),
+                at: DVec3::from(at[t]),
+                force: DVec3::from(force[t]),
+            });
+        }
+        solids.iter_mut().last().into_iter().for_each(|solid| solid.triangles.push(*corners));
+    }
+    Ok(solids)
 }
 
 fn vectors(rows: Vec<[f64; 3]>) -> Vec<DVec3> {

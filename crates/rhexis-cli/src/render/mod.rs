@@ -6,13 +6,13 @@ mod frames;
 mod moments;
 
 use crate::output::file;
-use crate::output::picture::{Look, Sheet, View};
+use crate::output::picture::{Drawn, Look, Sheet, View};
 use crate::say::say;
 use crate::{Stop, kept, outputs};
 use clap::Args;
 use film::Picture;
 use moments::Wanted;
-use rhexis::frame::BodyFrame;
+use rhexis::frame::{BodyFrame, SolidFrame};
 use std::path::{Path, PathBuf};
 use tiny_skia::Pixmap;
 
@@ -128,6 +128,13 @@ struct Moment {
     /// \[ms\].
     time: f64,
     body: BodyFrame,
+    solids: Vec<SolidFrame>,
+}
+
+impl Moment {
+    fn drawn(&self, caption: String) -> Drawn<'_> {
+        Drawn { body: &self.body, solids: &self.solids, caption }
+    }
 }
 
 /// Bodies as one, with what is drawn: many moments are in memory at once.
@@ -269,7 +276,7 @@ fn caption(time: f64) -> String {
 }
 
 fn still(sheet: &Sheet, moments: &[Moment], title: &str, out: &Path) -> Result<(), Stop> {
-    let drawn: Vec<(&BodyFrame, String)> = moments.iter().map(|moment| (&moment.body, caption(moment.time))).collect();
+    let drawn: Vec<Drawn> = moments.iter().map(|moment| moment.drawn(caption(moment.time))).collect();
     let note = match moments {
         [one] => format!("after {}", caption(one.time)),
         [first, .., last] => format!("from {} to {}", caption(first.time), caption(last.time)),
@@ -286,7 +293,7 @@ const MOST_PIXELS: u64 = 350_000_000;
 /// One picture of a film.
 fn picture(sheet: &Sheet, moment: &Moment, title: &str) -> Result<Pixmap, Stop> {
     let note = format!("t = {:.2} s", moment.time * 1e-3);
-    sheet.draw(&[(&moment.body, String::new())], false, title, &note).map_err(Stop::Failed)
+    sheet.draw(&[moment.drawn(String::new())], false, title, &note).map_err(Stop::Failed)
 }
 
 fn film(args: &RenderArgs, sheet: &Sheet, moments: &[Moment], title: &str, out: &Path) -> Result<(), Stop> {

@@ -69,7 +69,10 @@ pub(super) fn of_scene(args: &super::RenderArgs, wanted: &Wanted) -> Result<(Str
         let is_last = instance.is_finished();
         if is_last || kept.wants(step, instance.simulation.time()) {
             let frame = instance.simulation.frame();
-            kept.add(step, Moment { time: instance.simulation.time(), body: together(frame.bodies) });
+            kept.add(
+                step,
+                Moment { time: instance.simulation.time(), body: together(frame.bodies), solids: frame.solids },
+            );
         }
         if is_last {
             break;

@@ -186,7 +186,7 @@ fn the_list_of_files_is_whole_after_every_frame() {
 
     let mut second = cap();
     second.name = "a/b <\"&>".to_owned();
-    let mut frame = Frame { step: 0, time: 0.0, bodies: vec![sheet().body, second] };
+    let mut frame = Frame { step: 0, time: 0.0, bodies: vec![sheet().body, second], solids: Vec::new() };
     for step in 1..=3 {
         frame.step = step;
         frame.time = 2.5 * step as f64;

@@ -11,17 +11,18 @@ mod tips;
 
 use super::{OutputError, file, shape};
 use camera::{Area, Camera};
-use canvas::{Anchor, Canvas};
+use canvas::{Anchor, Canvas, Line};
 use glam::{DVec2, DVec3};
-use rhexis::frame::{BodyFrame, TipFrame};
+use rhexis::frame::{BodyFrame, SolidFrame, TipFrame};
 use scale::Scale;
 use std::path::Path;
 
-pub(crate) use sheet::{Look, Sheet};
+pub(crate) use sheet::{Drawn, Look, Sheet};
 
 type Rgba = [u8; 4];
 
 const BACKGROUND: Rgba = [255, 255, 255, 255];
+const FORCE: Rgba = [190, 30, 45, 255];
 /// Half the side of the enlarged view, over the main view's: between these.
 const CLOSEST: f64 = 1e-3;
 const FARTHEST: f64 = 1e3;
@@ -77,6 +78,10 @@ pub struct PictureSettings {
     pub show_fibres: bool,
     /// Whether the tips are drawn, with an enlarged view of the one with the largest criterion.
     pub show_tips: bool,
+    /// Obstacles and jaws around the body.
+    pub solids: Vec<SolidFrame>,
+    /// Whether arrows show the forces of the solids on the bodies, to scale among each other.
+    pub show_forces: bool,
 }
 
 impl Default for PictureSettings {
@@ -89,6 +94,8 @@ impl Default for PictureSettings {
             stress_range: None,
             show_fibres: true,
             show_tips: true,
+            solids: Vec::new(),
+            show_forces: false,
         }
     }
 }
@@ -133,9 +140,12 @@ pub fn render(path: &Path, body: &BodyFrame, settings: &PictureSettings) -> Resu
     let scale = Scale::new(settings.stress_range, &[body]);
 
     let style = surface::Style { is_confined: true, ..surface::Style::new(unit) };
-    surface::draw(&mut canvas, &camera, body, &scale, layout.main, style);
+    surface::draw(&mut canvas, &camera, (body, &settings.solids), &scale, layout.main, style);
     if settings.show_fibres {
         surface::draw_fibres(&mut canvas, &camera, body, layout.main, [25, 20], unit);
+    }
+    if settings.show_forces {
+        draw_forces(&mut canvas, &camera, &settings.solids, layout.main, unit);
     }
     legend::heading(&mut canvas, &settings.title, &settings.note, f64::from(width), unit);
     let below = legend::color_bar(&mut canvas, &scale, layout.column, layout.bar_height, unit);
@@ -251,7 +261,7 @@ fn draw_tips(
         0.05 * seen
     };
     let close = camera.closeup(normal, foremost.position, area.middle(), 0.5 * pixels / half);
-    surface::draw(&mut inset, &close, body, scale, area, surface::Style::new(unit));
+    surface::draw(&mut inset, &close, (body, &[]), scale, area, surface::Style::new(unit));
     if settings.show_fibres {
         surface::draw_fibres(&mut inset, &close, body, area, [9, 9], unit);
     }
@@ -262,6 +272,20 @@ fn draw_tips(
     let signs = DVec2::new(corner.x, corner.y + pixels + 28.0 * unit);
     legend::signs(canvas, scale, settings.show_fibres, Some(foremost), signs, unit);
     Some(())
+}
+
+/// Arrows along the forces of solids, the largest an eighth of the view long, each with its force in words.
+fn draw_forces(canvas: &mut Canvas, camera: &Camera, solids: &[SolidFrame], area: Area, unit: f64) {
+    let most = solids.iter().map(|solid| solid.force.length()).fold(0.0, f64::max);
+    let longest = 0.125 * area.size().min_element() / camera.scale;
+    for SolidFrame { at, force, .. } in solids.iter().filter(|solid| solid.force.length() > 1e-3 * most) {
+        let [from, to] = [*at, *at + *force * (longest / most)].map(|x| camera.project(x));
+        if area.contains(from) && area.contains(to) {
+            canvas.arrow(from, to, Line::new(4.0 * unit, FORCE), [255, 255, 255, 200]);
+            let text = format!("{} N", scale::short(force.length()));
+            canvas.text(to + DVec2::splat(12.0 * unit), 19.0 * unit, Anchor::Left, legend::INK, &text);
+        }
+    }
 }
 
 /// Where a tip's number stands on the picture: beside the way ahead, and rather not on the way the tear came.

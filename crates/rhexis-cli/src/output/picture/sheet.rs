@@ -5,7 +5,7 @@ use super::canvas::{Anchor, Canvas, Line};
 use super::scale::Scale;
 use super::{BACKGROUND, View, describe, legend, pieces, resolve, surface, tips};
 use glam::{DVec2, DVec3};
-use rhexis::frame::BodyFrame;
+use rhexis::frame::{BodyFrame, SolidFrame};
 use tiny_skia::Pixmap;
 
 /// The target circle.
@@ -32,6 +32,13 @@ pub(crate) struct Look {
     pub turned_opacity: f64,
     /// A closed line on the surface, and its name.
     pub circle: Option<(Vec<DVec3>, String)>,
+}
+
+/// A moment to be drawn.
+pub(crate) struct Drawn<'a> {
+    pub body: &'a BodyFrame,
+    pub solids: &'a [SolidFrame],
+    pub caption: String,
 }
 
 /// Panels that share views and colours over all their moments.
@@ -105,7 +112,7 @@ impl Sheet {
     /// Where there is no memory for it.
     pub(crate) fn draw(
         &self,
-        moments: &[(&BodyFrame, String)],
+        moments: &[Drawn<'_>],
         is_strip: bool,
         title: &str,
         note: &str,
@@ -126,9 +133,9 @@ impl Sheet {
             let left = self.margin() + f64::from(self.look.side * column);
             let corner = DVec2::new(left, self.top(rows, row));
             let is_first = !is_strip || column == 0;
-            let (body, caption) = &moments[moment];
+            let Drawn { body, solids, caption } = &moments[moment];
             let caption = if is_strip && row == 0 { caption.as_str() } else { "" };
-            self.panel(&mut canvas, corner, view, body, caption, is_first).ok_or_else(no_memory)?;
+            self.panel(&mut canvas, corner, view, (body, solids), caption, is_first).ok_or_else(no_memory)?;
         }
         if !self.look.is_bare {
             legend::heading(&mut canvas, title, note, f64::from(width), self.unit);
@@ -149,7 +156,7 @@ impl Sheet {
         canvas: &mut Canvas,
         corner: DVec2,
         view_number: usize,
-        body: &BodyFrame,
+        (body, solids): (&BodyFrame, &[SolidFrame]),
         caption: &str,
         is_first: bool,
     ) -> Option<()> {
@@ -165,7 +172,7 @@ impl Sheet {
             turned_opacity: self.look.turned_opacity,
             ..surface::Style::new(unit)
         };
-        surface::draw(&mut own, &camera, body, &self.scale, whole, style);
+        surface::draw(&mut own, &camera, (body, solids), &self.scale, whole, style);
         if self.look.with_fibres {
             surface::draw_fibres(&mut own, &camera, body, whole, [20, 16], unit);
         }
@@ -233,7 +240,7 @@ mod tests {
         let body = body();
         let views = [View::Top, View::Perspective { azimuth: -70.0, elevation: 40.0 }];
         let sheet = Sheet::new(look(), &views, &[&body]).unwrap();
-        let moments = [(&body, "a".to_owned()), (&body, "b".to_owned()), (&body, "c".to_owned())];
+        let moments = ["a", "b", "c"].map(|caption| Drawn { body: &body, solids: &[], caption: caption.to_owned() });
         let strip = sheet.draw(&moments, true, "", "").unwrap();
         let still = sheet.draw(&moments[..1], false, "", "").unwrap();
         assert!(strip.width() > 3 * 120 && still.width() > 2 * 120 && still.width() < strip.width());
@@ -253,7 +260,8 @@ mod tests {
         }
         let pixel = |turned_opacity: f64| {
             let sheet = Sheet::new(Look { turned_opacity, ..look() }, &[View::Top], &[&folded, &body()]).unwrap();
-            let drawn = sheet.draw(&[(&folded, String::new())], false, "", "").unwrap();
+            let moment = Drawn { body: &folded, solids: &[], caption: String::new() };
+            let drawn = sheet.draw(&[moment], false, "", "").unwrap();
             let colour = drawn.pixel(drawn.width() * 35 / 100, 40).unwrap();
             [colour.red(), colour.green(), colour.blue()]
         };

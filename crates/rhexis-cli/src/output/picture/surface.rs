@@ -5,17 +5,21 @@ use super::camera::{Area, Camera};
 use super::canvas::{Canvas, Line};
 use super::scale::Scale;
 use glam::{DVec2, DVec3};
-use rhexis::frame::BodyFrame;
+use rhexis::frame::{BodyFrame, SolidFrame, SolidKind};
 
 /// Above this many triangles their edges would cover the colours.
 const MAX_TRIANGLES_WITH_EDGES: usize = 20_000;
 const BOUNDARY: Rgba = [15, 15, 20, 255];
 const FIBRE: Rgba = [255, 255, 255, 235];
 const FIBRE_HALO: Rgba = [0, 0, 0, 90];
+/// Obstacles and jaws, which let the tissue behind them through.
+const OBSTACLE: Rgba = [120, 132, 150, 80];
+const JAWS: Rgba = [50, 52, 60, 120];
 
 /// Something drawn, at its depth.
 enum Piece {
     Triangle(usize),
+    Solid([DVec3; 3], Rgba),
     Boundary([u32; 2]),
 }
 
@@ -46,8 +50,15 @@ impl Style {
     }
 }
 
-/// Draws what lies in `area` from back to front (painter's algorithm).
-pub(super) fn draw(canvas: &mut Canvas, camera: &Camera, body: &BodyFrame, scale: &Scale, area: Area, style: Style) {
+/// Draws a body and the solids around it, what lies in `area`, from back to front (painter's algorithm).
+pub(super) fn draw(
+    canvas: &mut Canvas,
+    camera: &Camera,
+    (body, solids): (&BodyFrame, &[SolidFrame]),
+    scale: &Scale,
+    area: Area,
+    style: Style,
+) {
     let weight = style.weight;
     let x = |v: u32| body.positions[v as usize];
     let is_curved = !is_flat(body, camera.toward);
@@ -68,7 +79,8 @@ pub(super) fn draw(canvas: &mut Canvas, camera: &Camera, body: &BodyFrame, scale
         let lift = if is_curved { 0.5 * x(a).distance(x(b)) } else { f64::INFINITY };
         (0.5 * (camera.depth(x(a)) + camera.depth(x(b))) + lift, Piece::Boundary([a, b]))
     });
-    let mut pieces: Vec<(f64, Piece)> = triangles.chain(boundary).collect();
+    let solids = solids.iter().flat_map(|solid| facing(solid, camera));
+    let mut pieces: Vec<(f64, Piece)> = triangles.chain(boundary).chain(solids).collect();
     // Stable, so that pieces of equal depth keep the order of the mesh.
     pieces.sort_by(|a, b| a.0.total_cmp(&b.0));
 
@@ -87,6 +99,13 @@ pub(super) fn draw(canvas: &mut Canvas, camera: &Camera, body: &BodyFrame, scale
                     }
                 }
             }
+            Piece::Solid(corners, [r, g, b, a]) => {
+                let flat = corners.map(|x| camera.project(x));
+                if is_seen(&flat) {
+                    let [r, g, b, _] = lit([r, g, b, a], shade(corners, camera));
+                    canvas.fill(&flat, [r, g, b, a], false);
+                }
+            }
             Piece::Boundary(ends) => {
                 let ends = ends.map(|v| camera.project(x(v)));
                 if is_seen(&ends) {
@@ -95,6 +114,19 @@ pub(super) fn draw(canvas: &mut Canvas, camera: &Camera, body: &BodyFrame, scale
             }
         }
     }
+}
+
+/// The triangles of a solid that face the viewer, each farther than it is by its own size: tissue that lies on it is in front.
+fn facing(solid: &SolidFrame, camera: &Camera) -> impl Iterator<Item = (f64, Piece)> {
+    let color = if solid.kind == SolidKind::Jaws { JAWS } else { OBSTACLE };
+    solid.triangles.iter().filter_map(move |corners| {
+        let corners = corners.map(|v| solid.positions[v as usize]);
+        let [a, b, c] = corners;
+        let is_facing = (b - a).cross(c - a).dot(camera.toward) > 0.0;
+        let size = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let depth = corners.map(|x| camera.depth(x)).iter().sum::<f64>() / 3.0 - size;
+        is_facing.then_some((depth, Piece::Solid(corners, color)))
+    })
 }
 
 /// Opacity of the triangles: less of those that lie turned over against how the body faced at rest. Empty where all are opaque.
