@@ -1363,6 +1363,18 @@ RhexisStatus rhexis_settings_set(RhexisWorld world,
 RhexisStatus rhexis_settings_get(RhexisWorld world, uint8_t *buffer, size_t capacity, size_t *count);
 
 /**
+ * Writes the likely slips in all that a world holds into a buffer, one per line, with a zero at the end that `count` counts too: wrong units, missing
+ * holds. `dt` is the time step [ms] that is meant, `duration` that of the run [ms], 0 where it is not known. A world from a scene has those of its scene,
+ * whatever these are.
+ */
+RhexisStatus rhexis_doubts(RhexisWorld world,
+                           double dt,
+                           double duration,
+                           uint8_t *buffer,
+                           size_t capacity,
+                           size_t *count);
+
+/**
  * Time reached [ms].
  */
 RhexisStatus rhexis_time(RhexisWorld world, double *time);

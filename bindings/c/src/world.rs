@@ -295,6 +295,31 @@ pub extern "C" fn rhexis_settings_get(
     })
 }
 
+/// Writes the likely slips in all that a world holds into a buffer, one per line, with a zero at the end that `count` counts too: wrong units, missing
+/// holds. `dt` is the time step \[ms\] that is meant, `duration` that of the run \[ms\], 0 where it is not known. A world from a scene has those of its scene,
+/// whatever these are.
+#[unsafe(no_mangle)]
+pub extern "C" fn rhexis_doubts(
+    world: RhexisWorld,
+    dt: f64,
+    duration: f64,
+    buffer: Buffer<u8>,
+    capacity: usize,
+    count: Out<usize>,
+) -> RhexisStatus {
+    call(|| {
+        count.check("the count")?;
+        let list = with(world, |world| {
+            Ok(match &world.run {
+                Run::Scene(instance) => instance.doubts.clone(),
+                Run::Bare(simulation) => simulation.doubts(dt, (duration > 0.0).then_some(duration)),
+            })
+        })?;
+        let lines: Vec<String> = list.into_iter().map(|doubt| doubt.text).collect();
+        buffer.fill(capacity, crate::status::c_text(&lines.join("\n")).as_bytes_with_nul(), count)
+    })
+}
+
 /// Time reached \[ms\].
 #[unsafe(no_mangle)]
 pub extern "C" fn rhexis_time(world: RhexisWorld, time: Out<f64>) -> RhexisStatus {

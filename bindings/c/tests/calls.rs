@@ -248,6 +248,9 @@ fn components_and_settings_are_told_and_set_by_text() {
         ["max_tear_passes = 3\n", "budget = 40\n", "tolerance = 0.00001"].iter().all(|line| toml.contains(line)),
         "{toml}"
     );
+    ok(rhexis_doubts(world, 0.016, 0.0, buffer(&mut bytes), 4096, out(&mut count)));
+    let doubts = CStr::from_bytes_with_nul(&bytes[..count]).unwrap().to_str().unwrap();
+    assert!(doubts.lines().next().is_some_and(|line| line.contains("the time step is 0.016 ms")), "{doubts}");
     let answer = rhexis_set_budget(world, 40, f64::NAN);
     refused(answer, RhexisStatus::InvalidArgument, "a time of NaN ms");
     ok(rhexis_world_destroy(world));

@@ -1029,6 +1029,14 @@ namespace Rhexis
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern RhexisStatus rhexis_settings_get(RhexisWorld world, [Out] byte[] buffer, UIntPtr capacity, out UIntPtr count);
 
+        /// <summary>
+        /// Writes the likely slips in all that a world holds into a buffer, one per line, with a zero at the end that `count` counts too: wrong units, missing
+        /// holds. `dt` is the time step [ms] that is meant, `duration` that of the run [ms], 0 where it is not known. A world from a scene has those of its scene,
+        /// whatever these are.
+        /// </summary>
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern RhexisStatus rhexis_doubts(RhexisWorld world, double dt, double duration, [Out] byte[] buffer, UIntPtr capacity, out UIntPtr count);
+
         /// <summary>Time reached [ms].</summary>
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern RhexisStatus rhexis_time(RhexisWorld world, out double time);

@@ -7,13 +7,14 @@ use crate::lent::Loans;
 use crate::report::Report;
 use crate::saved::Snapshot;
 use crate::toml_form::{given, patched};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rhexis::components::Body;
 use rhexis::event::Event;
 use rhexis::hecs;
 use rhexis::settings::{Accuracy, Settings};
-use rhexis::simulation::{BodyView, Simulation};
+use rhexis::simulation::{BodyView, Doubt, Simulation};
 use rhexis::storage::BodyId;
 use rhexis_scene::measures::TearCourse;
 use rhexis_scene::schema::Mode;
@@ -51,6 +52,8 @@ pub(crate) struct State {
     pub(crate) events: Vec<Event>,
     pub(crate) courses: Vec<TearCourse>,
     loans: Loans,
+    /// Whether the likely slips were told.
+    is_judged: bool,
 }
 
 impl Drop for State {
@@ -132,6 +135,14 @@ impl State {
         Entity::new(self.number, entity.into())
     }
 
+    /// Likely slips: of the scene, or of the simulation by a time step \[ms\].
+    fn doubts(&self, dt: f64, duration: Option<f64>) -> Vec<Doubt> {
+        match &self.run {
+            Run::Scene(instance) => instance.doubts.clone(),
+            Run::Bare(simulation) => simulation.doubts(dt, duration),
+        }
+    }
+
     /// Moves events of the engine to those of the world, past the courses that follow them.
     pub(crate) fn note_step(&mut self) {
         if self.courses.is_empty() {
@@ -183,7 +194,7 @@ impl World {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let (events, courses, loans) = (Vec::new(), Vec::new(), Loans::default());
         let process = std::process::id();
-        Self { process, state: Mutex::new(State { number, run, events, courses, loans }) }
+        Self { process, state: Mutex::new(State { number, run, events, courses, loans, is_judged: false }) }
     }
 
     fn lock(&self) -> Answer<MutexGuard<'_, State>> {
@@ -218,6 +229,19 @@ impl World {
         PyErr: From<E>,
     {
         Ok(py.detach(|| guarded(|| work(&mut *self.changed()?)))?)
+    }
+
+    /// Warns of likely slips before the first step.
+    fn warn(&self, py: Python<'_>, dt: f64) -> PyResult<()> {
+        let list = self.look_mut(|state| {
+            let is_judged = std::mem::replace(&mut state.is_judged, true);
+            Ok(if is_judged || !(dt >= 0.0) { Vec::new() } else { state.doubts(dt, None) })
+        })?;
+        let category = py.get_type::<PyUserWarning>();
+        for doubt in list {
+            PyErr::warn(py, &category, &std::ffi::CString::new(doubt.text).unwrap_or_default(), 1)?;
+        }
+        Ok(())
     }
 
     /// Looks at the world and makes objects of Python of it.
@@ -306,9 +330,17 @@ impl World {
         Ok(Self::keep(Run::Bare(Box::new(py.detach(make)?))))
     }
 
+    /// Likely slips in all that the world holds, as (kind, finding with its remedy), for steps of `dt` \[ms\] over a `duration` \[ms\]; of a scene's world
+    /// those of its scene.
+    #[pyo3(signature = (dt = 16.0, duration = None))]
+    fn doubts(&self, dt: f64, duration: Option<f64>) -> PyResult<Vec<(&'static str, String)>> {
+        self.look(|state| Ok(state.doubts(dt, duration).into_iter().map(|d| (d.kind.name(), d.text)).collect()))
+    }
+
     /// Moves the world on by `count` steps of `dt` \[ms\]; a budget of iterations holds for these steps.
     #[pyo3(signature = (dt, count = 1, budget = None))]
     fn step(&self, py: Python<'_>, dt: f64, count: u32, budget: Option<u32>) -> PyResult<Report> {
+        self.warn(py, dt)?;
         self.with(py, |state| {
             let before = budget.map(|budget| change_budget(state, Some(budget))).transpose()?;
             let done = state.repeat(count, |state| {
@@ -325,6 +357,7 @@ impl World {
     /// Does the next steps of a scene, until it is at its end where there are several.
     #[pyo3(signature = (count = 1))]
     fn advance(&self, py: Python<'_>, count: u32) -> PyResult<Report> {
+        self.warn(py, 0.0)?;
         self.with(py, |state| {
             state.repeat(count, |state| {
                 let instance = state.scene_mut()?;

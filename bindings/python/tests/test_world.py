@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import warnings
 
 import numpy as np
 import pytest
@@ -262,3 +263,16 @@ def test_worlds_are_stepped_at_the_same_time_to_the_same_bits() -> None:
         thread.join()
     run(hashes)
     assert len(hashes) == 4 and len(set(hashes)) == 1
+
+
+def test_slips_are_told_before_the_first_step() -> None:
+    world = rhexis.World(threads=1)
+    world.spawn(*grid(3), material={"young_fibre": 1e6, "thickness": 0.01})
+    names = [name for name, _ in world.doubts(0.016)]
+    assert names == ["time-step", "stiffness", "no-holds"]
+    with pytest.warns(UserWarning, match="MPa, 1e6 Pa"):
+        world.step(0.016)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        world.step(0.016)
+    assert rhexis.World.from_catalog("fig2").doubts() == []

@@ -332,7 +332,9 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         threads: instance.simulation.thread_count(),
         caveats: caveats(&s, &bodies)
             .into_iter()
+            .chain(instance.doubts.iter().map(|doubt| doubt.text.clone()))
             .chain(instance.narrow_obstacles.iter().cloned())
+            .chain(instance.opened_under_pressure())
             .chain(not_made(&instance.cuts))
             .collect(),
         end: s.end,

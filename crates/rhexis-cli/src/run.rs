@@ -84,9 +84,20 @@ pub(super) fn run_until(args: &RunArgs, interrupt: Option<Interrupt>) -> Result<
     if let Some(steps) = args.steps {
         instance.run.steps = steps;
     }
+    for doubt in &instance.doubts {
+        complain(&format!("note: {}", doubt.text));
+    }
+    for contact in &instance.not_felt {
+        complain(&format!("not felt: {contact}"));
+    }
     let steps = instance.run.steps;
-    let moments = [instance.output.pictures, instance.output.frames];
-    let moments = moments.map(|count| Moments { count: u64::from(count), steps });
+    let output = &instance.output;
+    let moments = [(output.pictures, output.pictures_every), (output.frames, output.frames_every)];
+    let moments = moments.map(|(count, every)| Moments {
+        count: u64::from(count),
+        steps,
+        gap: every.map(|every| ((every / instance.run.dt).round() as u64).max(1)),
+    });
     let (lock, kept) = match resumed {
         Some((lock, kept)) => (lock, Some(kept)),
         None => (lock()?, None),
@@ -97,7 +108,7 @@ pub(super) fn run_until(args: &RunArgs, interrupt: Option<Interrupt>) -> Result<
         Some(interrupt) => interrupt,
         None => Interrupt::watch().inspect(|_| interrupt::outlive_file_limits())?,
     };
-    let files = match &kept {
+    let mut files = match &kept {
         Some(kept) => {
             if kept.progress.0 > steps {
                 let done = kept.progress.0;
@@ -109,6 +120,7 @@ pub(super) fn run_until(args: &RunArgs, interrupt: Option<Interrupt>) -> Result<
         }
         None => Files::create(lock, scene.name(), moments)?,
     };
+    files.with_forces = instance.output.force_arrows;
     if args.record.is_some() {
         instance.simulation.record();
     }
@@ -301,6 +313,11 @@ impl Running<'_> {
             if let Some(span) = account.note(instance.simulation.world(), last.time, &events, balance) {
                 let body = report::body_name(instance, account.body());
                 files.event_line(&account::line(last.step, &body, &span));
+            }
+            for &(body, count) in &instance.broken_springs {
+                let body = report::body_name(instance, body);
+                let line = serde_json::json!({ "step": last.step, "time_ms": last.time, "body": body, "kind": "springs_broke", "count": count });
+                files.event_line(&line);
             }
         }
     }

@@ -48,6 +48,8 @@ pub(super) struct Observation {
     pub grips: Vec<(String, DVec3)>,
     /// Torque of every turned hold on its body about its pivot \[N·mm\].
     pub torques: Vec<(String, DVec3)>,
+    /// Position \[mm\] and largest principal stress \[MPa\] of every probe.
+    pub probes: Vec<(String, DVec3, f64)>,
     /// Force of every obstacle on the bodies \[N\]; none where no body feels them.
     pub obstacles: Vec<(String, DVec3)>,
     /// Largest unbalanced force of a body that obstacles may push \[N\].
@@ -113,6 +115,11 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         let forces = instance.simulation.material_forces(body).unwrap_or_default();
         o.release = forces.iter().map(|force| force.along).fold(o.release, f64::max);
     }
+    let simulation = &instance.simulation;
+    o.probes.extend(instance.probes.iter().filter_map(|(name, body, point)| {
+        let reading = simulation.reading(*body, *point)?;
+        Some((name.clone(), reading.position, reading.stress.principal_values().0))
+    }));
     let world = instance.simulation.world();
     if instance.bodies.iter().any(|&body| world.satisfies::<&Contact>(body.entity())) {
         o.obstacles = instance.obstacle_forces();
@@ -150,6 +157,9 @@ impl Observation {
         for (name, _) in &self.torques {
             header.extend(["x", "y", "z"].map(|axis| format!("{name}_torque_{axis}_Nmm")));
         }
+        for (name, ..) in &self.probes {
+            header.extend(["x_mm", "y_mm", "z_mm", "stress_MPa"].map(|column| format!("{name}/{column}")));
+        }
         if !self.obstacles.is_empty() {
             header.push("unbalanced_force_N".to_owned());
         }
@@ -183,6 +193,9 @@ impl Observation {
         }
         for (_, torque) in &self.torques {
             row.extend(torque.to_array().map(|t| format!("{t:e}")));
+        }
+        for (_, position, stress) in &self.probes {
+            row.extend(position.to_array().into_iter().chain([*stress]).map(|value| format!("{value:e}")));
         }
         if !self.obstacles.is_empty() {
             row.push(format!("{:e}", self.unbalanced));

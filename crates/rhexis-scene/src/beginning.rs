@@ -3,7 +3,8 @@
 use super::error::Fault;
 use super::schema::{CutSpec, InitialSpec};
 use glam::{DMat3, DVec3};
-use rhexis::simulation::{Cut, Simulation};
+use rhexis::components::Holds;
+use rhexis::simulation::{Cut, CutError, Simulation, TearRefusal};
 use rhexis::storage::{BodyId, Vertices};
 
 /// The points of a cut's line.
@@ -21,13 +22,31 @@ pub(super) fn cut(simulation: &mut Simulation, body: BodyId, spec: &CutSpec, key
     let polyline = polyline(spec, key)?;
     let hint = "move its points onto the body or begin outside it; stay an edge away from the boundary and other cuts, or cut farther";
     let refused = |what: String| Fault::new(format!("{key}.polyline"), what, hint);
-    let cut = simulation.cut(body, &polyline).map_err(|error| refused(error.to_string()))?;
+    let cut = simulation.cut(body, &polyline).map_err(|error| match (&error, held(simulation, body)) {
+        (CutError::Refused(TearRefusal::NoRoom { .. }), Some((held, count))) => {
+            let what = format!("the cut was refused: holds keep {held} of {count} vertices where they are");
+            Fault::new(format!("{key}.polyline"), what, "narrow the regions of the holds")
+        }
+        _ => refused(error.to_string()),
+    })?;
     // A line is taken at the nearest points of the surface; what is far from it was meant for another body.
     let length: f64 = polyline.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
     if cut.off_line > 0.5 * length {
         return Err(refused(format!("the line runs up to {} mm off the body", (cut.off_line * 1e3).round() / 1e3)));
     }
     Ok(cut)
+}
+
+/// Number of vertices that holds keep in their plane, and of all, where these are most.
+fn held(simulation: &Simulation, body: BodyId) -> Option<(usize, usize)> {
+    let mut query = simulation.world().query_one::<(&Vertices, &Holds)>(body.entity());
+    let (vertices, holds) = query.get().ok()?;
+    let mut is_held = vec![false; vertices.len()];
+    for hold in holds.groups.iter().filter(|hold| hold.axes[0] && hold.axes[1]) {
+        hold.members.rows().iter().for_each(|&row| is_held[row as usize] = true);
+    }
+    let held = is_held.iter().filter(|is_held| **is_held).count();
+    (2 * held > vertices.len()).then_some((held, vertices.len()))
 }
 
 /// Sets the positions and velocities of `initial`.

@@ -35,7 +35,7 @@ pub(super) struct Sheet {
 /// Makes or reads the mesh, and reads the file of fibres. `key` is the body's path in the file.
 pub(super) fn sheet(spec: &BodySpec, files: &Files, key: &str) -> Result<Sheet, Fault> {
     let mut file = shape::mesh(&spec.mesh, &per_triangle::arrays(spec, key)?, files, &format!("{key}.mesh"))?;
-    let fibres = match &spec.fibres {
+    let mut fibres = match &spec.fibres {
         Some(FibreSpec::File(path)) => {
             let key = format!("{key}.fibres.file");
             let read = mesh_file::fibres_of(files, path).map_err(|error| shape::refused_file(&key, error))?;
@@ -47,6 +47,9 @@ pub(super) fn sheet(spec: &BodySpec, files: &Files, key: &str) -> Result<Sheet, 
         }
         _ => None,
     };
+    if let Some(place) = &spec.place {
+        shape::place(place, &mut file.mesh, fibres.as_deref_mut(), &format!("{key}.place"))?;
+    }
     let flattened = if spec.planar { shape::flatten(&mut file.mesh, key)? } else { 0.0 };
     let per_triangle = per_triangle::read(spec, &file, files, key)?;
     Ok(Sheet { file, fibres, per_triangle, flattened })
@@ -59,6 +62,9 @@ pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) ->
     let mut membrane = Membrane::new(name, mesh.clone(), material);
     if let Some(grading) = &spec.grading {
         membrane = graded(membrane, material, grading, &format!("{key}.grading"))?;
+    }
+    if !spec.materials.is_empty() {
+        membrane = parts(membrane, spec, (sheet, material), key)?;
     }
     if let Some(own) = &spec.fibres {
         membrane = membrane.fibres(fibres(own, sheet, &format!("{key}.fibres"))?);
@@ -133,6 +139,38 @@ fn inadmissible(key: &str, error: &rhexis::math::InadmissibleMaterial) -> Fault 
     let message = error.to_string();
     let (what, hint) = message.split_once(": it must").unwrap_or((&message, ""));
     Fault::new(format!("{key}.poisson_major"), what, format!("it must{hint}"))
+}
+
+/// Gives parts of a body their own materials.
+fn parts(
+    membrane: Membrane,
+    spec: &BodySpec,
+    (sheet, material): (&Sheet, Material),
+    key: &str,
+) -> Result<Membrane, Fault> {
+    if spec.grading.is_some() {
+        let hint = "keep one of the two";
+        return Err(Fault::new(format!("{key}.materials"), "the material is graded, and parts have their own", hint));
+    }
+    let mesh = &sheet.file.mesh;
+    let surface = Surface::new(&sheet.file);
+    let mut list = vec![material; mesh.triangles.len()];
+    for (i, part) in spec.materials.iter().enumerate() {
+        let key = format!("{key}.materials.{i}");
+        let own = self::material(&part.material, &format!("{key}.material"))?;
+        let mut is_in = vec![false; mesh.positions.len()];
+        let rows = surface.vertices(&part.region, &format!("{key}.region"))?;
+        rows.into_iter().for_each(|row| is_in[row as usize] = true);
+        let mut is_any = false;
+        for (entry, _) in list.iter_mut().zip(&mesh.triangles).filter(|(_, t)| t.iter().all(|&v| is_in[v as usize])) {
+            (*entry, is_any) = (own, true);
+        }
+        if !is_any {
+            let hint = "a triangle is in a region with all its corners: make it larger, or the mesh finer";
+            return Err(Fault::new(format!("{key}.region"), "no triangle is in the region", hint));
+        }
+    }
+    Ok(membrane.materials(list))
 }
 
 fn graded(membrane: Membrane, material: Material, spec: &GradingSpec, key: &str) -> Result<Membrane, Fault> {
@@ -426,6 +464,9 @@ pub(super) fn refused_body(spec: &BodySpec, key: &str, error: &BodyError) -> Fau
             Fault::new(format!("{key}.fibres"), what, hint)
         }
         BodyError::Material { .. } => Fault::new(format!("{key}.grading"), error, "choose a ratio nearer to 1"),
+        BodyError::BendingInPlane => {
+            Fault::new(format!("{key}.planar"), error, "take out `planar = true`, or `bending`")
+        }
         BodyError::OutOfRange { .. } => Fault::new(key, error, "give numbers of an ordinary size"),
         _ => Fault::new(key, error, "mend the mesh where the message points"),
     }

@@ -6,6 +6,7 @@
 use super::error::{Fault, SceneError, Span, explain, position};
 use super::files::Files;
 use super::schema::SceneFile;
+use super::table_file::{self, TableSpec};
 use super::{Scene, catalog, mesh_file, renamed, size};
 use rhexis::internal::source;
 use serde::Deserialize;
@@ -149,8 +150,9 @@ impl Document {
     /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰; `inf` is allowed for
     /// `run.advanced.stress_tolerance` and `run.position_tolerance`.
     pub fn scene(self) -> Result<Scene, SceneError> {
-        let (file, spans) = self.parse().map_err(|error| self.blame(error, |document| document.parse().map(|_| ())))?;
-        Ok(Scene { file, document: self, spans })
+        let parsed = self.parse().map_err(|error| self.blame(error, |document| document.parse().map(|_| ())));
+        let Parsed { file, spans, tables } = parsed?;
+        Ok(Scene { file, document: self, spans, tables })
     }
 
     /// The error with the override to blame in place of a line of the file: one with which `judge` finds the same fault, and not
@@ -182,7 +184,7 @@ impl Document {
         }
     }
 
-    pub(super) fn parse(&self) -> Result<(SceneFile, BTreeMap<String, Span>), SceneError> {
+    pub(super) fn parse(&self) -> Result<Parsed, SceneError> {
         let refuse = |error: &toml::de::Error| {
             let (what, hint) = explain(error.message());
             self.at(error.span(), String::new(), what, hint)
@@ -200,6 +202,24 @@ impl Document {
         }
         let mut spans = BTreeMap::new();
         record(&root, "", &mut spans);
+        let mut tables = Vec::new();
+        tables_in(&root, "", &mut tables);
+        let (files, mut read, mut paths) = (self.files(), Vec::new(), Vec::new());
+        for (key, table, span) in tables {
+            let spec = TableSpec::deserialize(toml::Deserializer::from(toml::Spanned::new(span.clone(), table)))
+                .map_err(|e| refuse(&e))?;
+            let points = table_file::read(&spec, &files, &key).map_err(|fault| self.locate(&spans, fault))?;
+            paths.extend((!files.is_given(&spec.csv)).then_some(spec.csv));
+            read.push((key, format!("value = {points}"), span));
+        }
+        for (key, text, span) in &read {
+            let mut parsed = DeTable::parse(text).map_err(|e| refuse(&e))?.into_inner();
+            if let Some(value) = parsed.remove("value") {
+                let value = standing_at(value, span);
+                insert(&mut root, key, value)
+                    .map_err(|(what, hint)| self.at(Some(span.clone()), key.clone(), what, hint))?;
+            }
+        }
         if let Some((old, new)) = renamed::of_run(|key| spans.contains_key(&format!("run.{key}"))) {
             let key = format!("run.{old}");
             let what = format!("the key is now `run.{new}`");
@@ -216,7 +236,7 @@ impl Document {
         }
         let tree = toml::Spanned::new(whole, root);
         let file = SceneFile::deserialize(toml::Deserializer::from(tree)).map_err(|e| refuse(&e))?;
-        Ok((file, spans))
+        Ok(Parsed { file, spans, tables: paths })
     }
 
     /// Puts the values of the chosen preset in the places of the file's own: `[presets.NAME]` with a dotted key in quotes per value.
@@ -297,6 +317,44 @@ impl Document {
 }
 
 type Value<'i> = toml::Spanned<DeValue<'i>>;
+
+/// A scene file as it is understood.
+pub(super) struct Parsed {
+    pub file: SceneFile,
+    /// Where every key stands.
+    pub spans: BTreeMap<String, Span>,
+    /// Files of curves and paths, but for those given with the text.
+    pub tables: Vec<PathBuf>,
+}
+
+/// The tables of curves and paths, each with its key and place.
+fn tables_in<'i>(table: &DeTable<'i>, path: &str, found: &mut Vec<(String, DeTable<'i>, Span)>) {
+    for (key, value) in table {
+        table_in(value, &join(path, key.get_ref()), found);
+    }
+}
+
+fn table_in<'i>(value: &Value<'i>, path: &str, found: &mut Vec<(String, DeTable<'i>, Span)>) {
+    match value.get_ref() {
+        DeValue::Table(table) if table.contains_key("csv") => {
+            found.push((path.to_owned(), table.clone(), value.span()))
+        }
+        DeValue::Table(table) => tables_in(table, path, found),
+        DeValue::Array(array) => {
+            array.iter().enumerate().for_each(|(i, value)| table_in(value, &join(path, &i.to_string()), found));
+        }
+        _ => {}
+    }
+}
+
+/// A value all of which stands at one place of the text.
+fn standing_at<'i>(value: Value<'i>, span: &Span) -> Value<'i> {
+    let value = match value.into_inner() {
+        DeValue::Array(array) => DeValue::Array(array.into_iter().map(|entry| standing_at(entry, span)).collect()),
+        plain => plain,
+    };
+    toml::Spanned::new(span.clone(), value)
+}
 
 /// A value with its spans further on in the text.
 fn moved(value: Value<'_>, by: usize) -> Value<'_> {

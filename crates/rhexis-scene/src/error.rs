@@ -87,18 +87,21 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
 }
 
 /// What people look for and there is not, with what there is instead.
-const INSTEAD: [(&str, &str); 11] = [
-    ("self", "a body does not touch itself: keep its folds apart by `bending` or an obstacle between them"),
+const INSTEAD: [(&str, &str); 14] = [
+    ("self", "a body touches itself by `contact = { self_contact = { radius = … } }`"),
+    ("self_contact", "it belongs into `contact`: `contact = { self_contact = { radius = … } }`"),
+    ("fixed", "vertices are held by `[[bodies.holds]]`, with a `name` and a `region`"),
+    ("pinned", "vertices are held by `[[bodies.holds]]`, with a `name` and a `region`"),
+    ("every", "`frames_every` and `pictures_every` are times in ms, `frames` and `pictures` numbers over the run"),
+    ("interval", "`frames_every` and `pictures_every` are times in ms, `frames` and `pictures` numbers over the run"),
     ("prony", "stress relaxation is not there: `damping` is a strain-rate (Kelvin-Voigt) damping"),
     ("volume", "a closed gas is not there: give `pressure` as a number or a curve over time [MPa]"),
     ("wind", "wind is not there: `drag` resists motion, `pressure` and `edge_loads` push"),
-    ("break_force", "springs do not break: a grip with `force_limit` lets go, `tearing` parts the tissue"),
+    ("break_force", "springs break at `break_traction`, a force per area [MPa]; a grip with `force_limit` lets go"),
     ("units", "units are fixed: mm, g, ms, hence N and MPa; give 1 m as 1000 and 1 kPa as 1e-3"),
     ("seam", "a weak line is a strip of triangles with less strength: `per_triangle = { strength = … }` of the body"),
     ("strength_map", "strengths of triangles are `per_triangle = { strength = … }` of the body"),
-    ("gltf", "the torn surface is written as `obj = true` or `ply = true`, which Blender turns into glTF"),
     ("torque", "torques are not there: give forces by `point_loads` or `edge_loads`"),
-    ("self_contact", "a body does not touch itself: keep its folds apart by `bending` or an obstacle between them"),
 ];
 
 /// What is wrong and the hint, from a deserialiser's message: its lists of names become a suggestion.

@@ -2,18 +2,19 @@
 
 use super::build;
 use super::doctor::{self, MeshSummary};
+use super::document::Parsed;
 use super::error::{Fault, positive};
-use super::schema::{BodySpec, Mode, OutputSpec, RunSpec};
+use super::schema::{BodySpec, Mode, OutputSpec, ProbeSpec, RunSpec};
 use super::seams::Seams;
 use super::size::Demand;
 use super::timed::{CutTold, Timed};
-use super::{Scene, SceneError, beginning, copies, obstacle, settings};
+use super::{Scene, SceneError, beginning, breaking, copies, doubts, obstacle, settings};
 use glam::DVec3;
 use rhexis::components::{EnergyAudit, TearLog, Tearing, Toughness};
 use rhexis::membrane::Membrane;
 use rhexis::report::Report;
 use rhexis::settings::Integrator;
-use rhexis::simulation::{Simulation, SimulationError};
+use rhexis::simulation::{Doubt, Simulation, SimulationError};
 use rhexis::snapshot::{Snapshot, SnapshotError};
 use rhexis::storage::{BodyId, Tips, Topology, Triangles};
 use std::sync::Arc;
@@ -33,8 +34,14 @@ pub struct Instance {
     pub seams: Vec<Option<Arc<Seams>>>,
     /// What the mesh of each was like before it was cut.
     pub meshes: Vec<MeshSummary>,
+    /// Points of the tissue to be read: name, body and point of the rest shape \[mm\].
+    pub probes: Vec<(String, BodyId, DVec3)>,
     /// Names of the obstacles, in the order of the file and of spawning.
     pub obstacles: Vec<String>,
+    /// Likely slips of the scene, but for those that it allows.
+    pub doubts: Vec<Doubt>,
+    /// Contacts that could be and that the scene does not ask for, each with its remedy.
+    pub not_felt: Vec<String>,
     /// Notes on obstacles that tissue may not feel: meshes narrower than its edges.
     pub narrow_obstacles: Vec<String>,
     /// How to run it.
@@ -43,6 +50,9 @@ pub struct Instance {
     pub output: OutputSpec,
     /// Cuts that were made so far, as the scene asked for them; in a resumed run, since it was resumed.
     pub cuts: Vec<CutTold>,
+    /// Springs that broke in the last step, by body.
+    pub broken_springs: Vec<(BodyId, usize)>,
+    breaking: Vec<(BodyId, f64)>,
     timed: Timed,
     step: u64,
     has_torn: bool,
@@ -77,8 +87,8 @@ impl Scene {
         self.build().map_err(|fault| {
             let error = self.document.locate(&self.spans, fault);
             self.document.blame(error, |document| {
-                let (file, spans) = document.parse()?;
-                let scene = Self { file, document, spans };
+                let Parsed { file, spans, tables } = document.parse()?;
+                let scene = Self { file, document, spans, tables };
                 scene.build().map(|_| ()).map_err(|fault| scene.document.locate(&scene.spans, fault))
             })
         })
@@ -90,6 +100,7 @@ impl Scene {
             return Err(Fault::new("bodies", "there is no body", "add a [[bodies]] table"));
         }
         let settings = settings::of_run(&self.file.run)?;
+        let output = output(&self.file.output, run)?;
         if self.file.output.energy
             && self.file.run.mode == Mode::Dynamic
             && settings.advanced.integrator != Integrator::BackwardEuler
@@ -104,17 +115,19 @@ impl Scene {
         let (mut cuts, mut timed) = (Vec::new(), Timed::default());
         let specs = &self.file.bodies;
         // Before anything of that size is made.
-        Demand::announced(specs)?.files(&self.file.output, run.steps)?;
+        Demand::announced(specs)?.files(&output, run.steps)?;
         copies::check_names(specs)?;
         let (mut demand, files) = (Demand::default(), self.document.files());
-        let (mut textures, mut seams) = (Vec::new(), Vec::new());
+        let (mut textures, mut seams, mut names) = (Vec::new(), Vec::new(), Vec::new());
+        let mut breaking = Vec::new();
         for (i, spec) in specs.iter().enumerate() {
             let key = &format!("bodies.{i}");
             let sheet = build::sheet(spec, &files, key)?;
             demand.add(spec, key, sheet.file.mesh.triangles.len() as f64)?;
-            demand.files(&self.file.output, run.steps)?;
+            demand.files(&output, run.steps)?;
             let mesh = doctor::look(spec, &sheet.file, sheet.flattened);
             let texture = super::texture::read(spec, &sheet.file, &files, key)?;
+            let limit = breaking::limit(spec, key)?;
             let own_seams = Seams::of(&sheet.file).map(Arc::new);
             for name in copies::names(spec) {
                 seams.push(own_seams.clone());
@@ -126,7 +139,9 @@ impl Scene {
                     cuts.push(CutTold::new(&name, format!("cuts.{i}"), 0.0, &Ok(made)));
                 }
                 timed.add(&mut simulation, (body, &name), spec, run.dt, key)?;
+                breaking.extend(limit.map(|limit| (body, limit)));
                 bodies.push(body);
+                names.push(name);
                 meshes.push(mesh.clone());
             }
         }
@@ -134,9 +149,11 @@ impl Scene {
         let felt = bodies.iter().copied().zip(&meshes);
         let narrow_obstacles = obstacle::narrow(&simulation, (&obstacles, &widths), felt);
         cuts.extend(timed.too_late(run.steps, run.dt * run.steps as f64));
-        let output = self.file.output.clone();
         Ok(Instance {
+            not_felt: doubts::not_felt(&simulation, &bodies),
+            doubts: doubts::of(&simulation, run, &self.file.scene.allow)?,
             simulation,
+            probes: self.probes(&bodies, &names)?,
             bodies,
             textures,
             seams,
@@ -146,10 +163,34 @@ impl Scene {
             run,
             output,
             cuts,
+            broken_springs: Vec::new(),
+            breaking,
             timed,
             step: 0,
             has_torn: false,
         })
+    }
+
+    /// The probes of the scene on these bodies.
+    fn probes(&self, bodies: &[BodyId], names: &[String]) -> Result<Vec<(String, BodyId, DVec3)>, Fault> {
+        let specs = &self.file.probes;
+        let keys = (0..specs.len()).map(|i| format!("probes.{i}"));
+        build::own_names(keys.clone().zip(specs.iter().map(|spec| spec.name.clone())))?;
+        let probe = |(key, spec): (String, &ProbeSpec)| {
+            let place = match &spec.body {
+                Some(name) => names.iter().position(|own| own == name),
+                None => (bodies.len() == 1).then_some(0),
+            };
+            let place = place.ok_or_else(|| {
+                let what = match &spec.body {
+                    Some(name) => format!("there is no body `{name}`"),
+                    None => format!("there are {} bodies, and the probe names none", bodies.len()),
+                };
+                Fault::new(format!("{key}.body"), what, format!("give one of {}", names.join(", ")))
+            })?;
+            Ok((spec.name.clone(), bodies[place], spec.point.0))
+        };
+        keys.zip(specs).map(probe).collect()
     }
 
     fn spawn(
@@ -171,6 +212,21 @@ impl Scene {
     }
 }
 
+/// The output with numbers of pictures and frames for the times between them.
+fn output(spec: &OutputSpec, run: Run) -> Result<OutputSpec, Fault> {
+    let duration = run.dt * run.steps as f64;
+    let count = |name: &str, every: Option<f64>, count: u32| {
+        let Some(every) = every else { return Ok(count) };
+        let every = positive(format!("output.{name}"), every, "ms")?;
+        Ok((duration / every).floor().min(f64::from(u32::MAX - 1)) as u32 + 1)
+    };
+    Ok(OutputSpec {
+        pictures: count("pictures_every", spec.pictures_every, spec.pictures)?,
+        frames: count("frames_every", spec.frames_every, spec.frames)?,
+        ..spec.clone()
+    })
+}
+
 impl Instance {
     /// Does one step as the scene says.
     ///
@@ -187,6 +243,10 @@ impl Instance {
             }
         };
         self.step += 1;
+        let Self { simulation, breaking, broken_springs, .. } = self;
+        broken_springs.clear();
+        let broken = breaking.iter().map(|&(body, limit)| (body, breaking::part(simulation, body, limit)));
+        broken_springs.extend(broken.filter(|(_, count)| *count > 0));
         Ok(self.simulation.report())
     }
 

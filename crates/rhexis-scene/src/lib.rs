@@ -6,12 +6,14 @@
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unreachable, clippy::unwrap_used))]
 
 mod beginning;
+mod breaking;
 mod build;
 pub mod catalog;
 mod copies;
 pub mod course;
 mod doctor;
 mod document;
+mod doubts;
 mod error;
 mod fibre_field;
 mod fibre_law;
@@ -37,6 +39,7 @@ mod shape;
 mod size;
 mod springs;
 mod summary;
+mod table_file;
 mod texture;
 mod timed;
 
@@ -60,6 +63,8 @@ pub struct Scene {
     file: SceneFile,
     document: Document,
     spans: BTreeMap<String, Span>,
+    /// Files of curves and paths.
+    tables: Vec<PathBuf>,
 }
 
 impl Scene {
@@ -107,9 +112,10 @@ impl Scene {
         self.document.file()
     }
 
-    /// Files of meshes, fibres, values per triangle and textures that it reads, each once, but for those given with its text.
+    /// Files of curves, meshes, fibres, values per triangle and textures that it reads, each once, but for those given with its text.
     pub fn data_files(&self) -> Vec<PathBuf> {
-        let (mut files, sources) = (Vec::new(), self.document.files());
+        let sources = self.document.files();
+        let mut files: Vec<PathBuf> = self.tables.iter().map(|table| sources.path(table)).collect();
         for body in &self.file.bodies {
             if let schema::MeshSpec::File(file) = &body.mesh {
                 files.push(sources.path(&file.path));

@@ -69,6 +69,7 @@ fn regions(spec: &BodySpec) -> impl Iterator<Item = &RegionSpec> {
     let loads = spec.point_loads.iter().map(|load| &load.region);
     let edges = spec.edge_loads.iter().map(|load| &load.region);
     let holds = holds.chain(spec.clamps.iter().map(|clamp| &clamp.region));
+    let holds = holds.chain(spec.materials.iter().map(|part| &part.region));
     holds.chain(loads).chain(edges).chain(spec.springs.iter().map(|spring| &spring.region))
 }
 

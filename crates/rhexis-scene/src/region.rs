@@ -9,6 +9,9 @@ use rhexis::storage::TriangleMesh;
 /// Widens ranges by default \[mm\]: more than the rounding of a generated coordinate, less than any edge.
 const TOLERANCE: f64 = 1e-6;
 
+/// Extent \[mm\] of a body that is likely to be in metres.
+const SMALL: f64 = 0.1;
+
 /// A rest mesh with its boundary, to be selected from.
 pub(super) struct Surface<'a> {
     mesh: &'a TriangleMesh,
@@ -66,7 +69,13 @@ impl<'a> Surface<'a> {
             "selects no {what}: the body spans x {} to {}, y {} to {}, z {} to {} mm",
             low.x, high.x, low.y, high.y, low.z, high.z
         );
-        Fault::new(key, spans, "move the region onto the body, or widen `tolerance` to reach the nearest vertices")
+        let units = if (high - low).max_element() < SMALL {
+            "; lengths are in mm: for a mesh in metres give `unit = \"m\"` in its table"
+        } else {
+            ""
+        };
+        let hint = format!("move the region onto the body, or widen `tolerance` to reach the nearest vertices{units}");
+        Fault::new(key, spans, hint)
     }
 
     /// The vertices of a list, ascending.

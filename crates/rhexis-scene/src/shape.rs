@@ -1,12 +1,13 @@
 //! From `mesh = …` to a triangle mesh.
 
-use super::error::Fault;
+use super::error::{Fault, positive};
 use super::files::Files;
 use super::generate;
 use super::mesh_file::MeshFile;
 use super::mesh_on_file::{self, Arrays};
-use super::schema::{MeshSpec, Point};
+use super::schema::{MeshSpec, PlaceSpec, Point};
 use glam::{DVec2, DVec3, Vec3Swizzles};
+use rhexis::math::elementary;
 use rhexis::storage::TriangleMesh;
 
 /// Makes the mesh; a file is read elsewhere.
@@ -84,6 +85,30 @@ fn bilinear([a, b, c, d]: [DVec3; 4], s: f64, t: f64) -> DVec3 {
 
 /// The part of its extent within which a body is flattened.
 const ALMOST_FLAT: f64 = 1e-6;
+
+/// Scales, turns and moves a mesh, with its fibres and those of another list.
+///
+/// # Errors
+/// For a scale that is not above zero.
+pub(super) fn place(
+    spec: &PlaceSpec,
+    mesh: &mut TriangleMesh,
+    fibres: Option<&mut [DVec3]>,
+    key: &str,
+) -> Result<(), Fault> {
+    let scale = positive(format!("{key}.scale"), spec.scale.unwrap_or(1.0), "")?;
+    let [turn, about, displacement] =
+        [spec.turn, spec.about, spec.displacement].map(|point| point.unwrap_or_default().0);
+    let angle = turn.length().to_radians();
+    let turn = elementary::rotation(turn.try_normalize().unwrap_or(DVec3::Z), angle);
+    for x in &mut mesh.positions {
+        *x = about + turn * (*x - about) * scale + displacement;
+    }
+    for fibre in mesh.fibres.iter_mut().flatten().chain(fibres.into_iter().flatten()) {
+        *fibre = turn * *fibre;
+    }
+    Ok(())
+}
 
 /// Makes a mesh that is flat across z but for rounding wholly so; the way by which vertices were moved \[mm\].
 ///

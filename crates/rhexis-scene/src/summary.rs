@@ -8,7 +8,7 @@ use super::timed::CutTold;
 use super::{Scene, SceneError};
 use glam::DVec3;
 use rhexis::components::{Body, EnergyCriterion, Holds, Refinement, Tearing, Toughness};
-use rhexis::simulation::Simulation;
+use rhexis::simulation::{Doubt, Simulation};
 use rhexis::storage::{BodyId, Tips, Triangles, Vertices};
 use std::fmt;
 
@@ -23,6 +23,10 @@ pub struct Summary {
     pub bodies: Vec<BodySummary>,
     /// Number of obstacles.
     pub obstacle_count: usize,
+    /// Likely slips, but for those that the scene allows.
+    pub doubts: Vec<Doubt>,
+    /// Contacts that could be and that the scene does not ask for.
+    pub not_felt: Vec<String>,
     /// Notes on obstacles that tissue may not feel.
     pub narrow_obstacles: Vec<String>,
     /// Cuts made before the first step.
@@ -70,6 +74,8 @@ impl Scene {
             run: instance.run,
             bodies: bodies.collect(),
             obstacle_count: self.file.obstacles.len(),
+            doubts: instance.doubts,
+            not_felt: instance.not_felt,
             narrow_obstacles: instance.narrow_obstacles,
             cuts: instance.cuts,
         })
@@ -138,6 +144,12 @@ impl fmt::Display for Summary {
         }
         for cut in &self.cuts {
             write!(f, "\n  {cut}")?;
+        }
+        for doubt in &self.doubts {
+            write!(f, "\n  note: {}", doubt.text)?;
+        }
+        for contact in &self.not_felt {
+            write!(f, "\n  not felt: {contact}")?;
         }
         for note in &self.narrow_obstacles {
             write!(f, "\n  note: {note}")?;

@@ -17,6 +17,7 @@ mod readme;
 mod renders;
 mod scene_keys;
 mod scenes;
+mod slips;
 mod stability;
 mod stress;
 mod sweeps;

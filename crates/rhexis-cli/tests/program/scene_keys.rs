@@ -92,13 +92,13 @@ fn a_box_and_a_cylinder_hold_a_sheet() {
 #[test]
 fn what_there_is_not_is_refused_with_what_there_is() {
     for (body, more, what) in [
-        ("contact = { self = true }", "", "does not touch itself"),
+        ("contact = { self = true }", "", "self_contact = { radius"),
         ("prony = [[0.3, 100]]", "", "`damping`"),
         ("pressure = { volume = 100 }", "", "`pressure` as a number"),
         ("wind = [1, 0, 0]", "", "`drag`"),
         ("", "[[obstacles]]\nmesh = { file = 'tool.stl' }", "tool.stl"),
         ("", "[[obstacles]]\nmesh = { grid = { width = 1, height = 1, nx = 1, ny = 1 } }", "not closed"),
-        ("", "[[bodies.springs]]\nregion = { all = true }\nper_area = 0.1\nbreak_force = 1", "springs do not break"),
+        ("", "[[bodies.springs]]\nregion = { all = true }\nper_area = 0.1\nbreak_force = 1", "`break_traction`"),
         ("", "[[bodies.clamps]]\nregion = { x = 10 }\naxes = 'y'\nforce = [1, 0, 0]", "which the clamp leaves free"),
         ("", "[[bodies.holds]]\nname = 's'\nregion = { x = 10 }\nnormal = [0, 0, 0]", "it has no direction"),
         (
@@ -247,4 +247,95 @@ fn presets_and_budgets_are_those_of_the_library() {
     }
     assert_eq!(settings("budget = 0").unwrap().budget, None);
     assert!(settings("position_tolerance = 0").unwrap_err().contains("run.position_tolerance"));
+}
+
+#[test]
+fn a_mesh_is_scaled_turned_and_moved() {
+    let place = "place = { scale = 2, turn = [0, 0, 90], about = [5, 5], move = [0, 0, 3] }";
+    let instance = scene("dynamic", place, LEFT.replace("x = 0", "x = -5").as_str()).unwrap();
+    let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0].entity()).unwrap();
+    // The corner (0, 0) is 5 mm from the pivot along either axis: twice as far, a quarter turn on.
+    assert!(vertices.rest_position[0].distance(DVec3::new(15.0, -5.0, 3.0)) < 1e-12);
+    let refused = scene("dynamic", "place = { scale = 0 }", LEFT).err().unwrap();
+    assert!(refused.contains("bodies.0.place.scale"), "{refused}");
+    let refused = scene("dynamic", "planar = true\nplace = { turn = [90, 0, 0] }", LEFT).err().unwrap();
+    assert!(refused.contains("not flat"), "{refused}");
+}
+
+#[test]
+fn parts_of_a_body_have_their_own_material() {
+    let stiff = "material = { young = 20, poisson = 0.3, thickness = 0.2 }";
+    let parts = format!("[[bodies.materials]]\nregion = {{ x = [5, 10] }}\n{stiff}\n");
+    let load = "[[bodies.point_loads]]\nregion = { x = 10 }\ntotal = [0.1, 0, 0]\n";
+    let mut instance = scene("static", "planar = true", &format!("{parts}{LEFT}{load}")).unwrap();
+    instance.advance().unwrap();
+    let world = instance.simulation.world();
+    let triangles = world.get::<&rhexis::storage::Triangles>(instance.bodies[0].entity()).unwrap();
+    assert_eq!(triangles.thickness.iter().filter(|thickness| **thickness == 0.2).count(), 16);
+    // F/(w·h·E)·l of two strips in a row, 5·0.01·(1/0.1 + 1/(0.2·20)); clamp and stiff part keep the soft one from narrowing, which makes it up to
+    // 1/(1 − ν²) as stiff.
+    let vertices = world.get::<&Vertices>(instance.bodies[0].entity()).unwrap();
+    let way = vertices.position[14].x - vertices.rest_position[14].x;
+    assert!((0.91 * 0.5125..0.5125).contains(&way), "{way}");
+    for (parts, what) in [
+        (parts.replace("[5, 10]", "[5, 5]"), "no triangle is in the region"),
+        (parts.replace("young = 20", "young = -20"), "bodies.0.materials.0.material.young"),
+    ] {
+        let refused = scene("static", "planar = true", &format!("{parts}{LEFT}")).err().unwrap();
+        assert!(refused.contains(what), "{refused}");
+    }
+}
+
+#[test]
+fn probes_read_place_and_stress() {
+    let probe = "[[probes]]\nname = 'middle'\npoint = [5, 5]\n";
+    let load = "[[bodies.point_loads]]\nregion = { x = 10 }\ntotal = [0.1, 0, 0]\n";
+    let mut instance = scene("static", "planar = true", &format!("{LEFT}{load}{probe}")).unwrap();
+    instance.advance().unwrap();
+    let (name, body, point) = instance.probes[0].clone();
+    let reading = instance.simulation.reading(body, point).unwrap();
+    // 0.1 N over 10 mm × 0.1 mm.
+    assert!(name == "middle" && (reading.stress.principal_values().0 / 0.1 - 1.0).abs() < 0.05, "{reading:?}");
+    assert!(reading.position.x > 5.4 && reading.velocity == DVec3::ZERO);
+    for (bad, what) in [("body = 'c'", "no body `c`"), ("at = [0, 0]", "unknown key `at`")] {
+        assert!(scene("static", "", &format!("{LEFT}{probe}{bad}\n")).err().unwrap().contains(what));
+    }
+}
+
+#[test]
+fn pictures_and_frames_are_made_every_so_often() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["run", "fig2", "--set", "output.pictures=0", "--set", "output.frames_every=100", "--out"];
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rhexis"));
+    let output = command.args(arguments).arg(folder.path()).args(["--set", "run.dt=20", "--steps", "13"]);
+    assert!(output.output().unwrap().status.success());
+    let list = std::fs::read_to_string(folder.path().join("frames.pvd")).unwrap();
+    let times: Vec<&str> = list.split("timestep=\"").skip(1).filter_map(|part| part.split('"').next()).collect();
+    // The state at the end is written, too.
+    assert_eq!(times, ["0", "100", "200", "260"]);
+}
+
+#[test]
+fn springs_break_at_their_traction() {
+    // A quarter of the sheet's springs would have to bear the pull alone: all break, from the pulled side on.
+    let springs = "[[bodies.springs]]\nregion = { all = true }\nper_area = 0.01\nbreak_traction = 1e-3\n";
+    let pull = "[[bodies.holds]]\nname = 'pull'\nregion = { x = 10 }\nmove = { offset = [1, 0, 0] }\ncurve = [[0, 0], [100, 5]]\n";
+    let mut instance =
+        scene("dynamic", "planar = true\ndamping = 1\ndrag = 1e-4", &format!("{springs}{pull}")).unwrap();
+    let count = |instance: &Instance| {
+        let world = instance.simulation.world();
+        world.get::<&rhexis::components::Springs>(instance.bodies[0].entity()).unwrap().anchors.rows().len()
+    };
+    let (mut broken, mut at_once) = (0, 0);
+    assert_eq!(count(&instance), 25);
+    for _ in 0..400 {
+        instance.advance().unwrap();
+        at_once = instance.broken_springs.iter().map(|(_, count)| *count).sum();
+        broken += at_once;
+        assert_eq!(count(&instance) + broken, 25);
+    }
+    // At 0.1 mm the five held ones break, at the latest; where nothing is held any more nothing breaks.
+    assert!(broken == 25 && at_once == 0, "{broken}");
+    let two = springs.to_owned() + &springs.replace("1e-3", "2e-3");
+    assert!(scene("dynamic", "planar = true", &format!("{two}{pull}")).err().unwrap().contains("at one traction"));
 }

@@ -1,6 +1,6 @@
 //! `[[bodies]]`: a membrane and what it carries.
 
-use super::constraint::{ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, SpringSpec};
+use super::constraint::{ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, RegionSpec, SpringSpec};
 use super::per_triangle::PerTriangleSpec;
 use super::tool::{BladeSpec, CutSpec, PunctureSpec};
 use super::{Exactly, HolzapfelGasserOgdenSpec, MeshSpec, Point, StiffeningFibresSpec, Strain, TimeCurve};
@@ -23,10 +23,15 @@ pub struct BodySpec {
     pub planar: bool,
     /// Its triangles.
     pub mesh: MeshSpec,
+    /// Where the mesh is put: scaled, then turned, then moved. Regions, cuts and points are where it lies then.
+    pub place: Option<PlaceSpec>,
     /// PNG or JPEG file for its texture coordinates in `output.gltf`; relative to the scene file.
     pub texture: Option<PathBuf>,
     /// Its elastic constants.
     pub material: MaterialSpec,
+    /// Other materials of parts of it; a triangle has the last one whose region has all its corners.
+    #[serde(default)]
+    pub materials: Vec<PartSpec>,
     /// Anisotropy that grows with the distance from an axis.
     pub grading: Option<GradingSpec>,
     /// Where the fibres run; the mesh file's own, or along x, if absent.
@@ -88,6 +93,31 @@ pub struct BodySpec {
     /// Blades that are drawn through the tissue.
     #[serde(default)]
     pub blades: Vec<BladeSpec>,
+}
+
+/// `place = { scale, turn, about, move }`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaceSpec {
+    /// Factor on all lengths, > 0. Default 1.
+    pub scale: Option<f64>,
+    /// Rotation vector \[°\]: `[0, 0, 90]` is a quarter turn about z. Default none. Fibres of a file turn with the mesh.
+    pub turn: Option<Point>,
+    /// Point about which it is scaled and turned \[mm\]. Default the origin.
+    pub about: Option<Point>,
+    /// Displacement \[mm\]. Default none.
+    #[serde(rename = "move")]
+    pub displacement: Option<Point>,
+}
+
+/// One of `[[bodies.materials]]`: the material of a part.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PartSpec {
+    /// The part.
+    pub region: RegionSpec,
+    /// Its material.
+    pub material: MaterialSpec,
 }
 
 /// `material`: either `young` and `poisson`, or `young_fibre`, `young_transverse`, `poisson_major` and, if known,

@@ -164,6 +164,8 @@ pub struct SpringSpec {
     pub total: Option<f64>,
     /// Per rest area of the vertices (a third of their triangles') \[N/mm³\].
     pub per_area: Option<f64>,
+    /// Force per rest area \[MPa\] above which a spring breaks for good, after the step in which it was; the same for all springs of a body. Default none.
+    pub break_traction: Option<f64>,
 }
 
 /// One of `[[bodies.grips]]`: forceps that take the tissue, move by their path and let go.

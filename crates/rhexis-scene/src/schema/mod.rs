@@ -14,10 +14,11 @@ mod number;
 mod per_triangle;
 mod tool;
 
+pub use super::table_file::{ColumnSpec, TableSpec, TimeUnitSpec};
 pub use body::{
     AxisSpec, BendingSpec, BodySpec, ContactSpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
-    InitialSpec, MaterialModelSpec, MaterialSpec, RefinementSpec, SelfContactSpec, SleepSpec, TearModeSpec,
-    TearRateSpec, TearingSpec,
+    InitialSpec, MaterialModelSpec, MaterialSpec, PartSpec, PlaceSpec, RefinementSpec, SelfContactSpec, SleepSpec,
+    TearModeSpec, TearRateSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, ArrayRangeSpec, BallSpec, ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec,
@@ -50,6 +51,21 @@ pub struct SceneFile {
     /// `[[obstacles]]`: rigid surroundings, felt by bodies with `contact`.
     #[serde(default)]
     pub obstacles: Vec<ObstacleSpec>,
+    /// `[[probes]]`: points of the tissue whose place and stress stand in `series.csv`.
+    #[serde(default)]
+    pub probes: Vec<ProbeSpec>,
+}
+
+/// One of `[[probes]]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeSpec {
+    /// Name of its columns in `series.csv`.
+    pub name: String,
+    /// Name of its body. Default the only one.
+    pub body: Option<String>,
+    /// Point of the rest shape \[mm\]; the nearest one of the body is taken.
+    pub point: Point,
 }
 
 /// `[scene]`.
@@ -68,6 +84,9 @@ pub struct AboutSpec {
     /// per value, as in `"bodies.0.material.young_fibre" = 6`. Default none.
     #[serde(default)]
     pub preset: String,
+    /// Names of the doubts of `rhexis check` that are meant so. Default none.
+    #[serde(default)]
+    pub allow: Vec<String>,
 }
 
 /// How time passes.
@@ -269,10 +288,16 @@ pub struct OutputSpec {
     pub pictures: u32,
     /// Number of ParaView frames, spread likewise; 0 for none. Default 50.
     pub frames: u32,
+    /// Time between pictures \[ms\], in place of `pictures`.
+    pub pictures_every: Option<f64>,
+    /// Time between frames \[ms\], in place of `frames`.
+    pub frames_every: Option<f64>,
     /// Whether frames have the vertices' `velocity` \[mm/ms\]. Default false.
     pub velocities: bool,
     /// Whether frames have the elastic `force` of the membrane on the vertices \[N\]. Default false.
     pub forces: bool,
+    /// Whether arrows in pictures show the forces of obstacles and jaws on the bodies. Default false.
+    pub force_arrows: bool,
     /// Whether the energy balance of every body is kept: terms in `series.csv` and `report.json`, what each advance has
     /// released in static mode in `events.jsonl`. Default false.
     pub energy: bool,
@@ -289,8 +314,11 @@ impl Default for OutputSpec {
         Self {
             pictures: 5,
             frames: 50,
+            pictures_every: None,
+            frames_every: None,
             velocities: false,
             forces: false,
+            force_arrows: false,
             energy: false,
             obj: false,
             ply: false,

@@ -88,6 +88,9 @@ impl TryFrom<Numbers> for Point {
         match numbers.flat().as_deref() {
             Some(&[x, y]) => Ok(Self(DVec3::new(x, y, 0.0))),
             Some(&[x, y, z]) => Ok(Self(DVec3::new(x, y, z))),
+            None if matches!(numbers, Numbers::One(_)) => {
+                Err("one number in place of a vector; write [x, y, z]: the earth's gravity is [0, 0, -9.81e-3]")
+            }
             _ => Err("not a point; write [x, y] or [x, y, z]"),
         }
     }

@@ -1,0 +1,46 @@
+//! Springs that break where their traction is too large.
+
+use super::error::{Fault, positive};
+use super::schema::BodySpec;
+use rhexis::components::Springs;
+use rhexis::simulation::Simulation;
+use rhexis::storage::{Attached, BodyId, Vertices};
+
+/// Traction \[MPa\] at which the springs of a body break; none where they hold for ever.
+pub(super) fn limit(spec: &BodySpec, key: &str) -> Result<Option<f64>, Fault> {
+    let mut all: Option<Option<f64>> = None;
+    for (i, group) in spec.springs.iter().enumerate() {
+        let key = format!("{key}.springs.{i}.break_traction");
+        let own = group.break_traction.map(|traction| positive(key.clone(), traction, "MPa")).transpose()?;
+        if *all.get_or_insert(own) != own {
+            let what = "springs of one body break at one traction, where two groups meet too";
+            return Err(Fault::new(key, what, "give all groups the same, or none to any"));
+        }
+    }
+    Ok(all.flatten())
+}
+
+/// Takes away the springs of a body whose traction is above a limit \[MPa\]. Returns their number.
+pub(super) fn part(simulation: &mut Simulation, body: BodyId, limit: f64) -> usize {
+    let kept = {
+        let mut query = simulation.world().query_one::<(&Vertices, &Springs)>(body.entity());
+        let Ok((vertices, springs)) = query.get() else { return 0 };
+        let all = springs.anchors.rows().iter().zip(springs.anchors.values());
+        let holds = |(row, anchor): &(&u32, &_)| {
+            let anchor: &rhexis::components::Anchor = anchor;
+            anchor.stiffness * vertices.position[**row as usize].distance(anchor.point) <= limit
+        };
+        let kept: Vec<_> = all.filter(holds).map(|(row, anchor)| (*row, *anchor)).collect();
+        if kept.len() == springs.anchors.rows().len() {
+            return 0;
+        }
+        kept
+    };
+    let count = |simulation: &Simulation| {
+        simulation.world().get::<&Springs>(body.entity()).map_or(0, |springs| springs.anchors.rows().len())
+    };
+    let before = count(simulation);
+    // Fewer springs of a body that has them are never refused.
+    let _ = simulation.set(body, Springs { anchors: Attached::new(kept) });
+    before - count(simulation)
+}
