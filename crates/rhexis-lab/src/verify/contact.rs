@@ -112,7 +112,7 @@ name = "rim"
 region = { boundary = true }
 [[obstacles]]
 OBSTACLE
-path = [[0, [0, 0, 0]], [240, [0, 0, 4]], [300, [0, 0, 4]]]
+path = [[0, [0, 0, 0]], [240, [0, 0, 3]], [300, [0, 0, 3]]]
 "#;
 
 pub(super) fn balance(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
@@ -221,7 +221,7 @@ pub(super) fn layers(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     for (side, dt) in of(out, &[7, 9, 12]).iter().flat_map(|side| [5.0, 16.0].map(|dt| (*side, dt))) {
         stacked(&mut rows, side, dt)?;
     }
-    for &(side, dt) in of(out, &[(36, 20.0), (40, 10.0), (40, 20.0), (56, 5.0)]) {
+    for &(side, dt) in of(out, &[(36, 20.0), (40, 10.0), (40, 20.0), (48, 5.0)]) {
         drawn_through(&mut rows, side, dt)?;
     }
     rows.finish()
