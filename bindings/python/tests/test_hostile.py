@@ -15,7 +15,7 @@ from conftest import SOFT, grid, refused
 
 import rhexis
 
-CALLS = 4_000
+CALLS = 6_000
 # They leave the test's world or its folder.
 LEFT_OUT = {"from_file", "from_catalog"}
 NUMBERS = [0, -1, 1, 3, 1e-300, 1e300, float("nan"), float("inf"), -0.0, 2**31, 2**64, -(2**70)]
@@ -77,7 +77,7 @@ class Junk:
             "count": lambda: 1,
             "within": lambda: self.random.choice([0.0, 5.0]),
             "body": lambda: self.random.choice([None, "sheet"]),
-            "forceps": lambda: self.random.choice(self.known),
+            "forceps": lambda: self.random.choice([*self.known, *[self.known[1]] * 5]),
             "blade": lambda: self.random.choice(self.known),
             "entity": lambda: self.random.choice(["sheet", "sheet", *self.known]),
             "vertices": self.keys,
