@@ -5,7 +5,7 @@
 //! The force couples them. The stiffness in the solve is the sum of each corner's row, which is no less. So a step stays stable and
 //! only comes to rest a little later.
 
-use super::{DEEP, Held, Moved, STIFFNESS, held, shift};
+use super::{DEEP, Held, Moved, SAME_SIDE, STIFFNESS, held, shift};
 use crate::components::{Contact, Increment, Push, Shape, SolverScratch};
 use crate::math::{Sym3, elementary, nearest_in_triangle};
 use crate::storage::{Triangles, Vertices};
@@ -20,6 +20,9 @@ use glam::DVec3;
 /// Beyond, the stiffness grows with the edge, for one place then bears the load of many vertices. Three vertices that are 1.7 radii
 /// apart let a ball through.
 const SMALL_FACE: f64 = 0.5;
+
+/// Least weight of a place inside a triangle.
+const INSIDE: f64 = 0.05;
 
 /// Steps to the moment of contact at the most, and how near it is \[of the way\].
 const MOST_IMPACT_STEPS: u32 = 40;
@@ -171,7 +174,10 @@ fn held_at(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3], (edge, radius): (f64
     let (mut distance, mut normal) = shape.distance(at(from, first))?;
     let (weights, held) = if distance < 0.0 {
         // The place that was in touch, which a fast obstacle carries along, or the one that is deepest now, where it slides.
-        let hold = |weights| held(moved, at(start, weights), at(x, weights)).map(|held| (weights, held));
+        let hold = |weights| {
+            let held = held(moved, at(start, weights), at(x, weights))?;
+            Some((weights, along_own_normal(shape, x, weights, &held).unwrap_or(held)))
+        };
         let (touching, now) = (hold(first), deepest(shape, x).and_then(hold));
         let is_deeper = |a: &([f64; 3], Held), b: &([f64; 3], Held)| a.1.depth > b.1.depth;
         match (touching, now) {
@@ -208,6 +214,19 @@ fn held_at(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3], (edge, radius): (f64
         (weights, Held { depth, normal })
     };
     Some(HeldFace { weights, held, size: edge.min(radius / SMALL_FACE), part: edge / radius - 1.0 })
+}
+
+/// The plane of a triangle that the end of an obstacle pierces inside: across its own normal, for the way out at the side of the obstacle is closed to it. `None` for
+/// one that lies along the obstacle, is touched at its rim, or has let the obstacle through by more than that is wide.
+fn along_own_normal(shape: &Shape, x: [DVec3; 3], weights: [f64; 3], held: &Held) -> Option<Held> {
+    let own = (x[1] - x[0]).cross(x[2] - x[0]).try_normalize()?;
+    if own.dot(held.normal).abs() > SAME_SIDE || weights.iter().any(|weight| *weight < INSIDE) {
+        return None;
+    }
+    let point = at(x, weights);
+    let normal = if own.dot(point - shape.anchor()) < 0.0 { -own } else { own };
+    let depth = shape.farthest(normal)? - normal.dot(point);
+    (depth > 0.0 && depth < 2.0 * shape.least_half_width()).then_some(Held { depth, normal })
 }
 
 /// Calls `f` for every triangle that an obstacle holds back, in the order of rows.

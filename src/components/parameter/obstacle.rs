@@ -163,6 +163,21 @@ impl Shape {
         }
     }
 
+    /// Largest n·x \[mm\] of its points x along a unit vector n; `None` for a plane and a mesh.
+    pub(crate) fn farthest(&self, n: DVec3) -> Option<f64> {
+        let of_ends = |ends: &[DVec3; 2]| n.dot(ends[0]).max(n.dot(ends[1]));
+        Some(match self {
+            Self::Plane { .. } | Self::Mesh { .. } => return None,
+            Self::Sphere { centre, radius } => n.dot(*centre) + radius,
+            Self::Ellipsoid { centre, half_axes, axes } => n.dot(*centre) + (axes.transpose() * n * half_axes).length(),
+            Self::Capsule { ends, radius } => of_ends(ends) + radius,
+            Self::Box { centre, half, axes } => n.dot(*centre) + (axes.transpose() * n).abs().dot(*half),
+            Self::Cylinder { ends, radius } => {
+                of_ends(ends) + radius * (n - n.project_onto(ends[1] - ends[0])).length()
+            }
+        })
+    }
+
     /// A point that goes with it \[mm\].
     pub fn anchor(&self) -> DVec3 {
         match *self {
