@@ -58,7 +58,7 @@ pub fn halvings_within(work: u32, triangles: usize) -> usize {
     (work as usize * triangles / TRIANGLES_PER_HALVING).max(1)
 }
 
-/// Work of box tests between the layers of a body of so many triangles.
+/// Work of box tests between the layers of a body, by its number of triangles.
 pub fn of_layers(tests: usize, triangles: usize) -> u32 {
     in_iterations(tests / TESTS_PER_ITERATION, triangles)
 }

@@ -2,7 +2,7 @@
 
 use super::error::{Fault, positive};
 use super::schema::BodySpec;
-use rhexis::components::Springs;
+use rhexis::components::{Anchor, Springs};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, BodyId, Vertices};
 
@@ -22,25 +22,18 @@ pub(super) fn limit(spec: &BodySpec, key: &str) -> Result<Option<f64>, Fault> {
 
 /// Takes away the springs of a body whose traction is above a limit \[MPa\]. Returns their number.
 pub(super) fn part(simulation: &mut Simulation, body: BodyId, limit: f64) -> usize {
-    let kept = {
+    let (kept, broken) = {
         let mut query = simulation.world().query_one::<(&Vertices, &Springs)>(body.entity());
-        let Ok((vertices, springs)) = query.get() else { return 0 };
-        let all = springs.anchors.rows().iter().zip(springs.anchors.values());
-        let holds = |(row, anchor): &(&u32, &_)| {
-            let anchor: &rhexis::components::Anchor = anchor;
-            anchor.stiffness * vertices.position[**row as usize].distance(anchor.point) <= limit
+        let Ok((vertices, Springs { anchors })) = query.get() else { return 0 };
+        let all = anchors.rows().iter().copied().zip(anchors.values().iter().copied());
+        let holds = |(row, Anchor { point, stiffness }): &(u32, Anchor)| {
+            stiffness * vertices.position[*row as usize].distance(*point) <= limit
         };
-        let kept: Vec<_> = all.filter(holds).map(|(row, anchor)| (*row, *anchor)).collect();
-        if kept.len() == springs.anchors.rows().len() {
-            return 0;
-        }
-        kept
+        let kept = Attached::new(all.filter(holds));
+        let broken = anchors.rows().len() - kept.rows().len();
+        (kept, broken)
     };
-    let count = |simulation: &Simulation| {
-        simulation.world().get::<&Springs>(body.entity()).map_or(0, |springs| springs.anchors.rows().len())
-    };
-    let before = count(simulation);
     // Fewer springs of a body that has them are never refused.
-    let _ = simulation.set(body, Springs { anchors: Attached::new(kept) });
-    before - count(simulation)
+    let is_done = broken > 0 && simulation.set(body, Springs { anchors: kept }).is_ok();
+    if is_done { broken } else { 0 }
 }

@@ -6,6 +6,7 @@
 //! other pair has the same part of the surface's offset: the nearest point lies within the triangle or both edges, or on a rim. After the solve every
 //! pair is proved apart, or held back.
 
+mod candidates;
 mod closest;
 mod search;
 mod separate;

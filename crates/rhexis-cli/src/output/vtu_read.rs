@@ -94,13 +94,20 @@ pub fn read_solids(path: &Path) -> Result<Vec<SolidFrame>, VtuError> {
         if t == 0 || place[t] != place[t - 1] {
             solids.push(SolidFrame {
                 kind: if kind[t] == 0.0 { SolidKind::Obstacle } else { SolidKind::Jaws },
-                positions: grid.positions.clone(),
+                positions: Vec::new(),
                 triangles: Vec::new(),
                 at: DVec3::from(at[t]),
                 force: DVec3::from(force[t]),
             });
         }
         solids.iter_mut().last().into_iter().for_each(|solid| solid.triangles.push(*corners));
+    }
+    for solid in &mut solids {
+        // The rows of a solid stand together.
+        let rows = || solid.triangles.iter().flatten().map(|&row| row as usize);
+        let (first, last) = (rows().min().unwrap_or(0), rows().max().unwrap_or(0));
+        solid.positions = grid.positions[first..=last].to_vec();
+        solid.triangles.iter_mut().flatten().for_each(|row| *row -= first as u32);
     }
     Ok(solids)
 }

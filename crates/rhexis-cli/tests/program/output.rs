@@ -221,3 +221,28 @@ fn an_error_names_the_file_and_the_fix() {
     assert!(message.contains("taken.png") && message.contains("a directory has this name"), "{message}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no leftovers");
 }
+
+#[test]
+fn solids_are_read_back_as_they_were() {
+    let text = "[scene]\nname = 'w'\n[run]\ndt = 5\nsteps = 1\n[[bodies]]\nname = 'b'\n\
+        mesh = { grid = { width = 10, height = 10, nx = 4, ny = 4 } }\n\
+        material = { young = 1, poisson = 0.3, thickness = 0.1 }\ngravity = [0, 0, -9.81e-3]\ncontact = {}\n\
+        [[obstacles]]\nbox = { centre = [5, 5, -1], half = [4, 4, 1] }\n\
+        [[obstacles]]\nsphere = { centre = [5, 5, 9], radius = 2 }\n";
+    let mut instance = rhexis_scene::Scene::parse(text, "w.toml").unwrap().instantiate().unwrap();
+    instance.advance().unwrap();
+    let solids = instance.simulation.frame().solids;
+    assert!(solids.len() == 2 && solids[0].force.z > 0.0 && solids[1].force == DVec3::ZERO);
+    // Of every solid the surface faces outwards.
+    for solid in &solids {
+        let outwards = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|v| solid.positions[v as usize]);
+            (b - a).cross(c - a).dot(a + b + c - 3.0 * solid.at)
+        };
+        assert!(solid.triangles.iter().map(outwards).all(|volume| volume > -1e-9));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("solids.vtu");
+    rhexis_cli::output::write_solids(&path, &solids).unwrap();
+    assert_eq!(rhexis_cli::output::read_solids(&path).unwrap(), solids);
+}

@@ -1,4 +1,4 @@
-//! Slips that are read without an error and spoil a run are told by the check, each with its own remedy; what is meant can be allowed.
+//! Slips that are read without an error and spoil a run are told by the check, each with its own remedy; intended values can be allowed.
 
 use rhexis::components::{Hold, Material};
 use rhexis::membrane::Membrane;

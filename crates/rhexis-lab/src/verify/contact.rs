@@ -256,7 +256,7 @@ fn stacked(rows: &mut Rows, side: usize, dt: f64) -> Result<(), VerifyError> {
     let Ok(vertices) = simulation.world().get::<&Vertices>(body.entity()) else { return Ok(()) };
     let weight = vertices.mass.iter().sum::<f64>() * GRAVITY;
     let borne = simulation.reactions(body)?.first().map_or(f64::NAN, |(_, force)| force.z);
-    // What the solve leaves, and the last of the sheets' motion.
+    // Residual of the solve, and the sheets' last motion.
     rows.relative(format!("three sheets: the lowest one's hold bears their weight, {on}"), borne, weight, 1e-4);
     let count = sheet.positions.len();
     for (layer, z) in vertices.position[held..].chunks(count).enumerate() {

@@ -116,7 +116,7 @@ pub struct PlaceSpec {
 pub struct PartSpec {
     /// The part.
     pub region: RegionSpec,
-    /// Its material.
+    /// Material of the part.
     pub material: MaterialSpec,
 }
 

@@ -50,7 +50,7 @@ impl Style {
     }
 }
 
-/// Draws a body and the solids around it, what lies in `area`, from back to front (painter's algorithm).
+/// Draws the part of a body and of the solids around it that lies in `area`, from back to front (painter's algorithm).
 pub(super) fn draw(
     canvas: &mut Canvas,
     camera: &Camera,
