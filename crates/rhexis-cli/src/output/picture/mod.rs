@@ -141,6 +141,9 @@ pub fn render(path: &Path, body: &BodyFrame, settings: &PictureSettings) -> Resu
 
     let style = surface::Style { is_confined: true, ..surface::Style::new(unit) };
     surface::draw(&mut canvas, &camera, (body, &settings.solids), &scale, layout.main, style);
+    if !settings.solids.is_empty() {
+        clear_around(&mut canvas, layout.main, DVec2::from(settings.size.map(f64::from)), unit);
+    }
     if settings.show_fibres {
         surface::draw_fibres(&mut canvas, &camera, body, layout.main, [25, 20], unit);
     }
@@ -272,6 +275,19 @@ fn draw_tips(
     let signs = DVec2::new(corner.x, corner.y + pixels + 28.0 * unit);
     legend::signs(canvas, scale, settings.show_fibres, Some(foremost), signs, unit);
     Some(())
+}
+
+/// Clears a picture around its main area: solids may be larger.
+fn clear_around(canvas: &mut Canvas, main: Area, size: DVec2, unit: f64) {
+    let (low, high) = (main.low - 3.0 * unit, main.high + 3.0 * unit);
+    for (a, b) in [
+        (DVec2::ZERO, DVec2::new(size.x, low.y)),
+        (DVec2::new(0.0, high.y), size),
+        (DVec2::ZERO, DVec2::new(low.x, size.y)),
+        (DVec2::new(high.x, 0.0), size),
+    ] {
+        canvas.fill(&[a, DVec2::new(b.x, a.y), b, DVec2::new(a.x, b.y)], BACKGROUND, false);
+    }
 }
 
 /// Arrows along the forces of solids, the largest an eighth of the view long, each with its force in words.

@@ -101,7 +101,7 @@ pub(super) fn draw(
             }
             Piece::Solid(corners, [r, g, b, a]) => {
                 let flat = corners.map(|x| camera.project(x));
-                if is_seen(&flat) {
+                if area.overlaps(&flat) {
                     let [r, g, b, _] = lit([r, g, b, a], shade(corners, camera));
                     canvas.fill(&flat, [r, g, b, a], false);
                 }
