@@ -2,7 +2,7 @@
 
 pub use crate::components::{
     Attributes, Bending, Changes, Contact, Curve, Damping, EnergyCriterion, Fibres, Grasp, Gravity, Hold, Jaws,
-    Material, Motion, Obstacle, Pose, Pressure, Refinement, SelfContact, Shape, Slip, TearLog, Tearing,
+    Material, Motion, Obstacle, Pose, Pressure, Refinement, Rigid, SelfContact, Shape, Slip, TearLog, Tearing,
 };
 pub use crate::error::{Error, ErrorKind};
 pub use crate::event::{Event, EventKind};

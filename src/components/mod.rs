@@ -39,6 +39,7 @@ pub(crate) use derived::layers::{Bounds, Candidate, Candidates, Layers, Pair, Pa
 #[doc(hidden)]
 pub use derived::outputs::Outputs;
 pub(crate) use derived::outputs::OutputsMut;
+pub(crate) use derived::rigid_coupling::{RigidCoupling, Six, cholesky, solve_lower, solve_upper};
 pub(crate) use derived::solver_scratch::{
     ContactScratch, FrictionPoint, LocalRelaxation, MomentumBalance, Push, Touch,
 };
@@ -88,8 +89,11 @@ pub use state::last_step::LastStep;
 pub(crate) use state::ligament_failure::LigamentFailure;
 #[doc(hidden)]
 pub use state::obstacle_motion::{ContactForces, ObstacleMotion};
+pub(crate) use state::obstacle_motion::{RigidState, RigidStep};
 #[doc(hidden)]
 pub use state::refined::Refined;
+pub use state::rigid::Rigid;
+pub(crate) use state::rigid::turned_inertia;
 #[doc(hidden)]
 pub use state::sleep_state::SleepState;
 pub use state::solve_result::SolveResult;

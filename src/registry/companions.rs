@@ -61,7 +61,7 @@ pub(crate) fn complete(entity: &mut impl Give) {
         && !entity.has::<ObstacleMotion>()
         && let Some(from) = entity.look(|obstacle: &Obstacle| obstacle.shape.clone())
     {
-        entity.give(ObstacleMotion { from, turn: None });
+        entity.give(ObstacleMotion::at(from));
     }
     if !entity.has::<Body>() {
         return;

@@ -1,6 +1,6 @@
 //! The calls of a host that change a simulation. A new one is a variant here and an arm of `Simulation::repeat`.
 
-use crate::components::{Grasp, Jaws, Obstacle, Path, Pose, Shape, Turning};
+use crate::components::{Grasp, Jaws, Obstacle, Path, Pose, Rigid, Shape, Turning};
 use crate::registry::Parameters;
 use crate::settings::Settings;
 use crate::snapshot::{Saved, Snapshot};
@@ -174,6 +174,13 @@ pub enum Input {
         vertex: VertexKey,
         /// \[N\].
         force: DVec3,
+    },
+    /// An obstacle was made a rigid body, or one that yields to nothing.
+    SetRigid {
+        /// The obstacle.
+        obstacle: ObstacleId,
+        /// Mass and motion.
+        rigid: Option<Rigid>,
     },
 }
 

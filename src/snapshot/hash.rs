@@ -1,10 +1,10 @@
 //! A number that tells two states apart.
 
-use crate::components::{Body, Grips, GuardLedger, Increment, JawsTarget};
+use crate::components::{Body, Grips, GuardLedger, Increment, JawsTarget, ObstacleMotion, Rigid};
 use crate::math::Sym2;
 use crate::storage::{Tips, Triangles, Vertices};
 use glam::DVec3;
-use hecs::World;
+use hecs::{Entity, World};
 use slotmap::Key;
 use std::fmt;
 use xxhash_rust::xxh3::Xxh3;
@@ -20,7 +20,9 @@ use xxhash_rust::xxh3::Xxh3;
 /// - number of tips, their keys, vertices, last directions, ideal points, criterion values, falls of G/G_c, marks;
 /// - for every grip the number of held vertices, their rows and their places in the jaws, and the jaws' target and its pace where it is behind
 ///   the hand;
-/// - the pace of holds after a limited step.
+/// - the pace of holds after a limited step;
+///
+/// and over centre, velocity and spin of every rigid obstacle in order of spawning.
 ///
 /// It takes column after column, each from the first row to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -101,6 +103,12 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
         if let Some(ledger) = ledger.filter(|ledger| ledger.hold_pace > 0.0) {
             hash.real(ledger.hold_pace);
         }
+    }
+    let mut query = world.query::<(Entity, &ObstacleMotion)>();
+    let mut rigid: Vec<_> = query.iter().filter_map(|(entity, motion)| Some((entity, motion.rigid?))).collect();
+    rigid.sort_unstable_by_key(|(entity, _)| *entity);
+    for (_, Rigid { centre, velocity, spin, .. }) in rigid {
+        hash.points(&[centre, velocity, spin]);
     }
     StateHash(hash.0.digest())
 }

@@ -211,7 +211,7 @@ fn held_at(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3], (edge, radius): (f64
         if !(depth > 0.0) {
             return None;
         }
-        (weights, Held { depth, normal })
+        (weights, Held { depth, normal, point })
     };
     Some(HeldFace { weights, held, size: edge.min(radius / SMALL_FACE), part: edge / radius - 1.0 })
 }
@@ -226,7 +226,11 @@ fn along_own_normal(shape: &Shape, x: [DVec3; 3], weights: [f64; 3], held: &Held
     let point = at(x, weights);
     let normal = if own.dot(point - shape.anchor()) < 0.0 { -own } else { own };
     let depth = shape.farthest(normal)? - normal.dot(point);
-    (depth > 0.0 && depth < 2.0 * shape.least_half_width()).then_some(Held { depth, normal })
+    (depth > 0.0 && depth < 2.0 * shape.least_half_width()).then_some(Held {
+        depth,
+        normal,
+        point: point + normal * depth,
+    })
 }
 
 /// Calls `f` for every triangle that an obstacle holds back, in the order of rows.
@@ -299,7 +303,8 @@ pub(super) fn push(
         let normal = held.normal;
         for (&v, weight) in triangles.corners[t].iter().zip(weights) {
             let k = stiffness * weight;
-            add(v as usize, Push { force: normal * (held.depth * k), block: Sym3::outer(normal) * k });
+            let block = Sym3::outer(normal) * k;
+            add(v as usize, Push { force: normal * (held.depth * k), block, point: held.point, normal });
         }
     });
 }
@@ -386,7 +391,7 @@ mod tests {
         let pushed = |from: f64, to: f64| {
             let moved = (
                 crate::components::Obstacle { shape: ball(to) },
-                Travel { offset: DVec3::Z * (to - from), turn: None },
+                Travel { offset: DVec3::Z * (to - from), ..Travel::default() },
             );
             held_face(&moved, TRIANGLE, TRIANGLE).map(|face| (face.held.depth, face.held.normal))
         };

@@ -7,7 +7,8 @@
 
 use super::{Obstacles, Travel};
 use crate::components::{
-    Contact, ContactScratch, FrictionContact, FrictionPoint, Increment, SolveResult, SolverScratch, Touch,
+    Contact, ContactScratch, ExternalStiffness, FrictionContact, FrictionPoint, Increment, RigidCoupling, SolveResult,
+    SolverScratch, Touch,
 };
 use crate::math::Sym3;
 use crate::storage::Vertices;
@@ -17,6 +18,9 @@ use glam::DVec3;
 
 /// Error of the friction in a solve's answer that asks for a further solve, summed over the vertices, relative to the sum of μ·N.
 const TOLERANCE: f64 = 0.02;
+
+/// Part of the normal forces on a rigid obstacle that may pull in a solve's answer: springs of vertices that it has left.
+const MOST_PULL: f64 = 0.02;
 
 /// Part of a vector across a normal.
 fn across(normal: DVec3, u: DVec3) -> DVec3 {
@@ -49,7 +53,8 @@ pub(super) fn add(
     parallel::for_rows(&mut points[begin..], |_, point| {
         let (touch, v) = (&touched[point.touch as usize], point.row as usize);
         let (start, x) = (increment.start[v], vertices.position[v]);
-        point.normal = touch.force.normalize();
+        let is_lifted = touch.force.dot(touch.normal) < 0.0;
+        point.normal = if is_lifted { touch.normal } else { touch.force.normalize() };
         point.stiffness = touch.block.diagonal.element_sum();
         let past = friction.and_then(|friction| friction.at_start(obstacle.into(), point.row));
         let before =
@@ -71,7 +76,12 @@ pub(super) fn add(
         };
         // The depth at the evaluation may be that of a vertex which the solve pushes out: one that was not in touch rubs from the next solve on.
         let known = before.map(|before| before.normal_force).or(past.map(|past| past.normal_force));
-        let limit = coefficient * if is_linear { known.unwrap_or(0.0) } else { touch.force.length() };
+        let limit = coefficient
+            * match is_linear {
+                true => known.unwrap_or(0.0),
+                false if is_lifted => 0.0,
+                false => touch.force.length(),
+            };
         let turns = before.is_some_and(|before| before.slips && before.offset.dot(point.offset) < 0.0);
         point.slips = !(turns && is_linear) && point.stiffness * foreseen.length() > limit;
         point.spring = if point.slips { limit / foreseen.length() } else { point.stiffness };
@@ -88,15 +98,20 @@ pub(super) fn add(
     }
 }
 
-/// Marks for another solve the bodies whose friction is far from its law in the answer. Returns their number.
+/// Marks for another solve the bodies whose friction is far from its law in the answer, and those that a rigid obstacle has drawn along by vertices that it
+/// does not touch in the answer, or has left so that it is on its way to them again. Returns their number.
 pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
     let obstacles = super::obstacles(world);
     if obstacles.is_empty() {
         return 0;
     }
+    let waits = super::rigid::any_waits(world);
     let mut count = 0;
-    type Query<'a> = (&'a Vertices, &'a Increment, &'a mut SolveResult, &'a mut SolverScratch, Option<&'a Contact>);
-    for (vertices, increment, result, scratch, contact) in world.query_mut::<Query>() {
+    type Query<'a> = (
+        (&'a Vertices, &'a Increment, &'a mut SolveResult, &'a mut SolverScratch),
+        (Option<&'a Contact>, Option<&'a ExternalStiffness>),
+    );
+    for ((vertices, increment, result, scratch), (contact, external)) in world.query_mut::<Query>() {
         let (mut error, mut limit, mut limit_sq) = (0.0, 0.0, 0.0);
         if let Some(contact) = contact.filter(|_| result.newton_iterations > 0 && result.is_in_step) {
             for (point, place) in places(&scratch.contact, (&obstacles, contact.friction), (vertices, increment)) {
@@ -106,15 +121,30 @@ pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
                 limit_sq += place.limit * place.limit;
             }
         }
-        let asks = error > TOLERANCE * limit && step.affords(result, 1);
+        let is_solved = result.newton_iterations > 0 && result.is_in_step;
+        let pulls = is_solved && contact.is_some() && waits;
+        let pulls = pulls
+            || external.is_some_and(|external| {
+                is_solved && external.coupled.rigid.iter().any(|coupling| pull(coupling, &scratch.contact) > MOST_PULL)
+            });
+        let asks = (error > TOLERANCE * limit || pulls) && step.affords(result, 1);
         if asks {
-            // Beside the forces that have pushed vertices out friction is nothing.
+            // Beside the forces that have pushed vertices out friction and weight are nothing.
             scratch.reference_sq = limit_sq;
         }
         result.select(asks);
         count += usize::from(asks);
     }
     count
+}
+
+/// Part of the normal forces on a rigid obstacle that pulls.
+fn pull(coupling: &RigidCoupling, contact: &ContactScratch) -> f64 {
+    let of_obstacle = &contact.touched[coupling.first..][..coupling.rows.len()];
+    let forces = of_obstacle.iter().map(|touch| touch.force.dot(touch.normal));
+    let [pulling, pushing] =
+        forces.fold([0.0, 0.0], |[pull, push], force| [pull - force.min(0.0), push + force.max(0.0)]);
+    if pulling > 0.0 { pulling / pushing.max(pulling) } else { 0.0 }
 }
 
 /// A vertex in touch at the end of a solve, by the law.

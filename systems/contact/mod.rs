@@ -9,6 +9,7 @@
 mod faces;
 pub mod friction;
 pub mod layers;
+pub mod rigid;
 mod side;
 mod sweeps;
 
@@ -18,6 +19,7 @@ use crate::components::{
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::solver::reactions;
 use crate::systems::{StepContext, parallel};
 use glam::{DMat3, DVec3};
 use hecs::{Entity, World};
@@ -32,6 +34,9 @@ const SAME_SIDE: f64 = 0.7;
 
 /// A vertex further inside than this part of an edge after a solve asks for another.
 const DEEP: f64 = 0.05;
+
+/// Part for a rigid obstacle: in the next step the vertex would be thrown out.
+const DEEP_IN_RIGID: f64 = 0.01;
 
 /// See [`bearable`]: of the least half width.
 const BEARABLE: f64 = 0.1;
@@ -49,6 +54,9 @@ struct Travel {
     offset: DVec3,
     /// Rotation of the obstacle, and the start position of its anchor \[mm\].
     turn: Option<(DMat3, DVec3)>,
+    /// Whether tissue moves the obstacle, and whether several bodies have in this step.
+    is_rigid: bool,
+    is_shared: bool,
 }
 
 impl Travel {
@@ -56,7 +64,12 @@ impl Travel {
     fn of(obstacle: &Obstacle, obstacle_motion: Option<&ObstacleMotion>) -> Self {
         obstacle_motion.map_or(Self::default(), |obstacle_motion| {
             let anchor = obstacle_motion.from.anchor();
-            Self { offset: obstacle.shape.anchor() - anchor, turn: obstacle_motion.turn.map(|turn| (turn, anchor)) }
+            Self {
+                offset: obstacle.shape.anchor() - anchor,
+                turn: obstacle_motion.turn.map(|turn| (turn, anchor)),
+                is_rigid: obstacle_motion.rigid.is_some(),
+                is_shared: obstacle_motion.under_way.as_ref().is_some_and(|under_way| under_way.deviations.len() > 1),
+            }
         })
     }
 
@@ -94,9 +107,11 @@ struct Held {
     /// Depth of the vertex behind the plane \[mm\].
     depth: f64,
     normal: DVec3,
+    /// The point of the obstacle at which the plane touches it \[mm\].
+    point: DVec3,
 }
 
-/// Moves the obstacles that follow a path to where they are at the end of the step.
+/// Moves the obstacles that follow a path to where they are at the end of the step, and begins the motion of rigid ones.
 pub fn move_obstacles(world: &mut World, step: &StepContext) -> usize {
     let mut count = 0;
     for (obstacle, motion, obstacle_motion) in world.query_mut::<(&mut Obstacle, &ObstaclePath, &mut ObstacleMotion)>()
@@ -104,11 +119,11 @@ pub fn move_obstacles(world: &mut World, step: &StepContext) -> usize {
         count += 1;
         let before = step.time - step.stage_dt();
         let turn = motion.turning.as_ref().map(|turning| turning.at(step.time) * turning.at(before).transpose());
-        *obstacle_motion =
-            ObstacleMotion { from: motion.at(before), turn: turn.filter(|turn| *turn != DMat3::IDENTITY) };
+        obstacle_motion.from = motion.at(before);
+        obstacle_motion.turn = turn.filter(|turn| *turn != DMat3::IDENTITY);
         obstacle.shape = motion.at(step.time);
     }
-    count
+    count + rigid::begin(world, step)
 }
 
 fn obstacles(world: &mut World) -> Obstacles {
@@ -139,7 +154,13 @@ fn held((obstacle, travel): &Moved, start: DVec3, x: DVec3) -> Option<Held> {
         }
     };
     let depth = (point - x).dot(normal);
-    (depth > 0.0).then_some(Held { depth, normal })
+    (depth > 0.0).then_some(Held { depth, normal, point })
+}
+
+/// The plane of a vertex outside an obstacle that was in touch in the last solve, with a depth below zero.
+fn lifted((obstacle, _): &Moved, x: DVec3) -> Option<Held> {
+    let (distance, normal) = obstacle.shape.distance(x)?;
+    Some(Held { depth: -distance, normal, point: x - normal * distance })
 }
 
 /// Penalty stiffness of a vertex \[N/mm\].
@@ -157,8 +178,28 @@ fn stiffness(contact: &Contact, triangles: &Triangles, topology: &Topology, v: u
     )
 }
 
-/// Pushes vertices out of obstacles, and brakes them along their surfaces.
+/// Forces of obstacles at the answer of a solve, and the motion of rigid ones by them.
+pub fn forces(world: &mut World, step: &StepContext) -> usize {
+    let count = reactions::of_contacts(world, step);
+    rigid::follow(world, step);
+    count
+}
+
+/// Settles the motion of rigid obstacles, and where every vertex sticks, at the end of the step.
+pub fn settle(world: &mut World, step: &StepContext) -> usize {
+    rigid::settle(world, step);
+    friction::settle(world, step)
+}
+
+/// Pushes vertices out of obstacles, and brakes them along their surfaces; rigid ones come up to the body, and into its solve.
 pub fn contact(world: &mut World, step: &StepContext) -> usize {
+    rigid::approach(world, step);
+    let count = push(world, step);
+    rigid::couple(world, step);
+    count
+}
+
+fn push(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     if obstacles.is_empty() {
         // Touches of obstacles that are gone.
@@ -174,15 +215,27 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
         |((vertices, _, _, _, result, _), _)| result.rows_to_solve(vertices.len()),
         |((vertices, triangles, topology, increment, result, contact), (forces, external, scratch))| {
             let scratch = &mut *scratch.contact;
+            let mut pushed_before: Vec<(u32, u32)> = Vec::new();
+            if result.newton_iterations > 0 {
+                let is_pushed = |touch: &&Touch| {
+                    let is_rigid = obstacles
+                        .get(touch.place as usize)
+                        .is_some_and(|(_, (_, travel))| travel.is_rigid && !travel.is_shared);
+                    is_rigid && touch.is_at_vertex && touch.force.dot(touch.normal) > 0.0
+                };
+                let pushed = scratch.touched.iter().filter(is_pushed).map(|touch| (touch.place, touch.row));
+                pushed_before.extend(pushed);
+            }
             scratch.begin();
             let mut is_held = [false; WINDOW];
             for (place, (entity, moved)) in (0..).zip(&obstacles) {
                 let touched = &mut scratch.touched;
                 let push = |v: usize| {
                     let (start, x) = (increment.start[v], vertices.position[v]);
-                    let Held { depth, normal } = held(moved, start, x)?;
+                    let Held { depth, normal, point } = held(moved, start, x).or_else(|| lifted(moved, x))?;
                     let stiffness = stiffness(contact, triangles, topology, v);
-                    Some(Push { force: normal * (depth * stiffness), block: Sym3::outer(normal) * stiffness })
+                    let block = Sym3::outer(normal) * stiffness;
+                    Some(Push { force: normal * (depth * stiffness), block, point, normal })
                 };
                 let first_touch = touched.len();
                 for first in (0..vertices.len()).step_by(WINDOW) {
@@ -190,10 +243,24 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                     let is_pushed = |v: usize| held(moved, increment.start[v], vertices.position[v]).is_some();
                     parallel::for_rows(found, |i, found| *found = is_pushed(first + i));
                     let rows = (first as u32..).zip(found).filter(|(_, is_held)| **is_held).map(|(row, _)| row);
-                    touched.extend(rows.map(|row| Touch { place, row, ..Touch::default() }));
+                    touched.extend(rows.map(|row| Touch { place, row, is_at_vertex: true, ..Touch::default() }));
+                }
+                // Vertices that it has pushed stay in the solve until it would draw them: else they would take turns with others.
+                let known = touched.len();
+                let is_new =
+                    |row: u32| touched[first_touch..known].binary_search_by_key(&row, |touch| touch.row).is_err();
+                let left = pushed_before.iter().filter(|(other, row)| *other == place && is_new(*row));
+                let left: Vec<Touch> = left
+                    .map(|(place, row)| Touch { place: *place, row: *row, is_at_vertex: true, ..Touch::default() })
+                    .collect();
+                if !left.is_empty() {
+                    touched.extend(left);
+                    touched[first_touch..].sort_unstable_by_key(|touch| touch.row);
+                    touched.dedup_by_key(|touch| (touch.place, touch.row));
                 }
                 parallel::for_rows(&mut touched[first_touch..], |_, touch| {
-                    Push { force: touch.force, block: touch.block } = push(touch.row as usize).unwrap_or_default();
+                    let Push { force, block, point, normal } = push(touch.row as usize).unwrap_or_default();
+                    *touch = Touch { force, block, point, normal, ..*touch };
                 });
                 scratch.forces.push((*entity, DVec3::ZERO));
                 if contact.friction > 0.0 {
@@ -206,10 +273,18 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                     external.block[touch.row as usize] += touch.block;
                     sum += touch.force;
                 }
-                let add = |v: usize, Push { force, block }: Push| {
+                let add = |v: usize, Push { force, block, point, normal }: Push| {
                     forces.nodal[v] += force;
                     external.block[v] += block;
-                    scratch.touched.push(Touch { place, row: v as u32, force, block });
+                    scratch.touched.push(Touch {
+                        place,
+                        row: v as u32,
+                        is_at_vertex: false,
+                        force,
+                        block,
+                        point,
+                        normal,
+                    });
                     sum += force;
                 };
                 faces::push(moved, contact, (vertices, triangles, &increment.start[..]), add);
@@ -241,8 +316,11 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
             let looked_at = looked_at(&obstacles, increment, contact);
             let is_deep = |v: usize| {
                 let place = |moved: &Moved| held(moved, increment.start[v], vertices.position[v]);
-                let limit = || DEEP * topology.vertex_area(triangles, v as u32).sqrt();
-                let is_deeper = |(moved, held): (&Moved, Held)| held.depth > limit().max(bearable(moved, contact));
+                let limit = |moved: &Moved| {
+                    let part = if moved.1.is_rigid { DEEP_IN_RIGID } else { DEEP };
+                    part * topology.vertex_area(triangles, v as u32).sqrt()
+                };
+                let is_deeper = |(moved, held): (&Moved, Held)| held.depth > limit(moved).max(bearable(moved, contact));
                 looked_at.iter().any(|(_, moved)| place(moved).is_some_and(|held| is_deeper((moved, held))))
             };
             let is_in_obstacle = !looked_at.is_empty()

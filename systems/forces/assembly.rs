@@ -26,8 +26,9 @@ pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
         |((vertices, triangles, topology, frames, increment, _), forces, external, damping)| {
             if let Some(external) = external {
                 external.block.clear();
-                external.pairs.clear();
-                external.pair_block.clear();
+                external.coupled.pairs.clear();
+                external.coupled.pair_block.clear();
+                external.coupled.rigid.clear();
                 grow(&mut external.block, vertices.len(), vertices.position.capacity());
                 external.block.resize(vertices.len(), Sym3::ZERO);
             }

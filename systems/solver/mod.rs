@@ -11,6 +11,7 @@ mod initial_guess;
 mod load_stiffness;
 mod mixed;
 mod operator;
+mod patch;
 mod preconditioned;
 pub mod reactions;
 mod recurrence;

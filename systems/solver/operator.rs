@@ -176,7 +176,7 @@ impl Operator<'_> {
 
     /// The vertex block of `v` and the part of springs between layers on the diagonal \[N/mm\].
     pub fn own_block(&self, v: usize) -> DMat3 {
-        let pairs = self.external.and_then(|external| external.pair_block.get(v));
+        let pairs = self.external.and_then(|external| external.coupled.pair_block.get(v));
         self.vertex_block(v) + pairs.map_or(DMat3::ZERO, |block| block.to_mat())
     }
 
@@ -196,6 +196,9 @@ impl Operator<'_> {
             if let Some(external) = self.external {
                 external.add_pairs(u, out);
             }
+        }
+        if let Some(external) = self.external {
+            external.add_couplings(u, out);
         }
         parallel::sum_rows(out, partials, |v, out| {
             let own = match self.external {
@@ -249,6 +252,7 @@ impl Operator<'_> {
         }
         if let Some(external) = self.external {
             external.add_pairs(u, out);
+            external.add_couplings(u, out);
         }
         if let Some(folds) = self.folds
             && u.iter().any(|u| *u != DVec3::ZERO)
@@ -262,7 +266,7 @@ impl Operator<'_> {
         let corners = &self.triangles.corners;
         let is_exact = self.tangent == Tangent::Exact;
         let bending = self.folds.map(|folds| folds.product_at(v, corners, self.topology, u, is_exact));
-        let pairs = self.external.map_or(DVec3::ZERO, |external| external.pairs_at(v, u));
+        let pairs = self.external.map_or(DVec3::ZERO, |external| external.pairs_at(v, u) + external.couplings_at(v, u));
         let own = self.vertex_block(v) * u[v] + bending.unwrap_or_default() + pairs;
         self.topology.incident[v].iter().fold(own, |sum, &c| {
             let (t, corner) = (c as usize / 3, c as usize % 3);

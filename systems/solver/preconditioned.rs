@@ -11,6 +11,7 @@
 
 use super::direct::{Factor, NoFactor};
 use super::guided::{self, Guides};
+use super::patch::Patch;
 use super::{CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, ProductMemory, block_jacobi, cg};
 use crate::clock::Moment;
 use crate::components::{FreeAxes, SolverScratch};
@@ -97,8 +98,11 @@ pub fn solve(
     if let Some((mixed, _)) = &mut available.mixed {
         mixed.forget_operator();
     }
-    if operator.external.is_some_and(|external| !external.pairs.is_empty()) {
-        // A factor has only the diagonal of springs between layers: it is of another operator.
+    if operator
+        .external
+        .is_some_and(|external| !(external.coupled.pairs.is_empty() && external.coupled.rigid.is_empty()))
+    {
+        // A factor has only the diagonal of springs between layers, and no rigid obstacles: it is of another operator.
         available.factor = None;
     }
     let mut guides = Guides::begin(operator, memory.passes, scratch);
@@ -218,10 +222,20 @@ impl Solve<'_, '_> {
     fn conjugate_gradients(
         &mut self,
         most: u32,
-        precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
+        mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
     ) -> Result<CgInfo, CgError> {
         let Self { operator, guides, memory, x, scratch, .. } = self;
         let params = LinearParams { iterations: self.params.iterations.min(most), ..self.params };
+        let patches = Patch::all(operator, &scratch.free);
+        let precondition = |r: &[DVec3], free: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| {
+            let mut product = precondition(r, free, z, partials);
+            for patch in &patches {
+                let (answer, part) = patch.answer(|v| r[v]);
+                patch.spread(&answer, |v, motion| z[v] += motion);
+                product += part;
+            }
+            product
+        };
         match guides {
             None => cg::solve(operator, &params, memory, x, scratch, precondition),
             Some(guides) => guided::solve(guides, operator, &params, memory, x, scratch, precondition),

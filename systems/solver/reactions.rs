@@ -3,7 +3,7 @@
 use super::Operator;
 use crate::components::{
     Contact, ContactScratch, Damping, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Reactions,
-    SolveResult, SolverScratch,
+    RigidCoupling, SolveResult, SolverScratch,
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -100,6 +100,13 @@ pub fn of_contacts(world: &mut hecs::World, step: &StepContext) -> usize {
             let is_whole = scratch.has_whole_answer(increment);
             let SolverScratch { contact, free, residual, .. } = scratch;
             let ContactScratch { forces: sums, touched, .. } = &mut **contact;
+            for coupling in &external.coupled.rigid {
+                // The obstacle gives way.
+                let seen = coupling.seen(&increment.delta);
+                for (touch, (_, columns)) in touched[coupling.first..].iter_mut().zip(&coupling.rows) {
+                    touch.force += RigidCoupling::back(columns, &seen);
+                }
+            }
             parallel::for_rows(touched, |_, touch| {
                 let v = touch.row as usize;
                 touch.force -= touch.block * increment.delta[v];

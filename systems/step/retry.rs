@@ -27,6 +27,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     }
     if failed.is_empty() {
         running.spare.push(failed);
+        contact::rigid::end(world, time + dt);
         return dt;
     }
     let mut done = running.list();
@@ -55,6 +56,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     running.give_back(world, done);
     // Retried parts have moved the obstacles to other times.
     contact::move_obstacles(world, &StepContext::of_step(settings, dt, time + most));
+    contact::rigid::end(world, time + most);
     report_to_forceps(world);
     most
 }

@@ -8,4 +8,5 @@ mod grips;
 mod layers;
 mod limited_grasps;
 mod lips;
+mod rigid;
 mod tools;

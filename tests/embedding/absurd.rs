@@ -242,7 +242,7 @@ fn state(s: &mut Simulation, body: hecs::Entity, d: &mut Dice) {
         }
         7 => s.world_mut().insert(body, (Frames::default(), Forces::default(), Reactions::default())).unwrap(),
         _ => {
-            let swept = ObstacleMotion { from: d.shape(), turn: None };
+            let swept = ObstacleMotion::at(d.shape());
             s.world_mut().insert_one(body, swept).unwrap();
         }
     }

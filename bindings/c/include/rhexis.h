@@ -372,6 +372,36 @@ typedef struct {
 } RhexisEntity;
 
 /**
+ * A rigid body that tissue pushes.
+ */
+typedef struct {
+    /**
+     * Mass [g].
+     */
+    double mass;
+    /**
+     * Centre of mass [mm].
+     */
+    RhexisVec3 centre;
+    /**
+     * Velocity of the centre [mm/ms].
+     */
+    RhexisVec3 velocity;
+    /**
+     * Angular velocity [rad/ms].
+     */
+    RhexisVec3 spin;
+    /**
+     * Impulse of tissue in the last step [N ms].
+     */
+    RhexisVec3 impulse;
+    /**
+     * Moment of the impulse about the centre [N mm ms].
+     */
+    RhexisVec3 angular_impulse;
+} RhexisRigid;
+
+/**
  * Something that has happened. Which fields are used depends on the kind; the others are zero. Places are in the rest shape.
  */
 typedef struct {
@@ -881,6 +911,22 @@ RhexisStatus rhexis_body_create(RhexisWorld world, const RhexisBodyDesc *desc, R
 RhexisStatus rhexis_obstacle_create(RhexisWorld world,
                                     const char *toml,
                                     RhexisEntity *obstacle);
+
+/**
+ * Makes an obstacle a rigid body that tissue pushes, or changes its motion: TOML such as "mass = 2.0\nacceleration = [0, 0, -9.81e-3]" with the keys of
+ * `RhexisRigid` and "acceleration" and "inertia". A new one needs its mass [g], from which centre and inertia follow by its shape. An empty
+ * text takes the mass away. Its place is set by `rhexis_set` with "Obstacle".
+ */
+RhexisStatus rhexis_rigid_set(RhexisWorld world,
+                              RhexisEntity obstacle,
+                              const char *toml);
+
+/**
+ * Mass and motion of a rigid obstacle, and the impulse of tissue in the last step; a mass of 0 for an obstacle that yields to nothing.
+ */
+RhexisStatus rhexis_rigid(RhexisWorld world,
+                          RhexisEntity obstacle,
+                          RhexisRigid *rigid);
 
 /**
  * The name of a component by number, from 0 on; NULL past the last. Valid for ever.

@@ -1,7 +1,7 @@
 //! Bodies from arrays, and obstacles.
 
 use crate::pointer::{Array, In, Out, Text};
-use crate::status::{Answer, Failure, RhexisStatus, call, refused};
+use crate::status::{Answer, Failure, RhexisStatus, call, refused, unreadable};
 use crate::toml_form::patched;
 use crate::types::*;
 use crate::world::with;
@@ -9,6 +9,7 @@ use glam::DVec3;
 use rhexis::components::{Fibres, Material, Obstacle};
 use rhexis::membrane::Membrane;
 use rhexis::storage::TriangleMesh;
+use rhexis_scene::patch::patched_rigid;
 
 /// Fills a description with the material of Figure 2 of Allard, Marchal and Cotin 2009, fibres along x, and no mesh.
 #[unsafe(no_mangle)]
@@ -102,6 +103,36 @@ pub extern "C" fn rhexis_obstacle_create(world: RhexisWorld, toml: Text, obstacl
             world.handle_of_new(made)
         })?;
         obstacle.write(made);
+        Ok(())
+    })
+}
+
+/// Makes an obstacle a rigid body that tissue pushes, or changes its motion: TOML such as "mass = 2.0\nacceleration = [0, 0, -9.81e-3]" with the keys of
+/// `RhexisRigid` and "acceleration" and "inertia". A new one needs its mass \[g\], from which centre and inertia follow by its shape. An empty
+/// text takes the mass away. Its place is set by `rhexis_set` with "Obstacle".
+#[unsafe(no_mangle)]
+pub extern "C" fn rhexis_rigid_set(world: RhexisWorld, obstacle: RhexisEntity, toml: Text) -> RhexisStatus {
+    call(|| {
+        let text = toml.read("the rigid body")?;
+        let patch = toml::from_str(text).map_err(|error| unreadable(format!("Rigid: {error}")))?;
+        with(world, |world| {
+            let obstacle = world.obstacle(obstacle)?;
+            let rigid = patched_rigid(world.simulation(), obstacle, patch).map_err(unreadable)?;
+            world.simulation().set_rigid(obstacle, rigid).map_err(refused)
+        })
+    })
+}
+
+/// Mass and motion of a rigid obstacle, and the impulse of tissue in the last step; a mass of 0 for an obstacle that yields to nothing.
+#[unsafe(no_mangle)]
+pub extern "C" fn rhexis_rigid(world: RhexisWorld, obstacle: RhexisEntity, rigid: Out<RhexisRigid>) -> RhexisStatus {
+    call(|| {
+        rigid.check("the rigid body")?;
+        let found = with(world, |world| {
+            let obstacle = world.obstacle(obstacle)?;
+            world.simulation().rigid(obstacle).map_err(refused)
+        })?;
+        rigid.write(found.map_or(RhexisRigid::default(), RhexisRigid::from));
         Ok(())
     })
 }

@@ -2,7 +2,7 @@
 
 use crate::pointer::{Array, Text};
 use glam::{DMat3, DQuat, DVec3};
-use rhexis::components::Pose;
+use rhexis::components::{Pose, Rigid};
 use rhexis::simulation::{Cut, HapticModel, Hit};
 use slotmap::Key;
 use std::ffi::c_char;
@@ -233,6 +233,38 @@ pub struct RhexisForcepsState {
     pub body: RhexisEntity,
     /// Distance of the hand from where the jaws draw the tissue to \[mm\]: above zero after steps that were limited.
     pub hand_ahead: f64,
+}
+
+/// A rigid body that tissue pushes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct RhexisRigid {
+    /// Mass \[g\].
+    pub mass: f64,
+    /// Centre of mass \[mm\].
+    pub centre: RhexisVec3,
+    /// Velocity of the centre \[mm/ms\].
+    pub velocity: RhexisVec3,
+    /// Angular velocity \[rad/ms\].
+    pub spin: RhexisVec3,
+    /// Impulse of tissue in the last step \[N ms\].
+    pub impulse: RhexisVec3,
+    /// Moment of the impulse about the centre \[N mm ms\].
+    pub angular_impulse: RhexisVec3,
+}
+
+impl From<Rigid> for RhexisRigid {
+    fn from(rigid: Rigid) -> Self {
+        let Rigid { mass, centre, velocity, spin, impulse, angular_impulse, .. } = rigid;
+        Self {
+            mass,
+            centre: centre.into(),
+            velocity: velocity.into(),
+            spin: spin.into(),
+            impulse: impulse.into(),
+            angular_impulse: angular_impulse.into(),
+        }
+    }
 }
 
 /// A vertex that is pinned.

@@ -7,12 +7,12 @@ use crate::status::{Answer, Failure, RhexisStatus, call, refused, unreadable};
 use crate::toml_form;
 use crate::types::*;
 use hecs::Entity;
-use rhexis::components::Body;
+use rhexis::components::{Body, Obstacle};
 use rhexis::event::Event;
 use rhexis::report::Report;
 use rhexis::settings::{Accuracy, Settings};
 use rhexis::simulation::Simulation;
-use rhexis::storage::BodyId;
+use rhexis::storage::{BodyId, ObstacleId};
 use rhexis_scene::{Instance, Scene};
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::CString;
@@ -77,6 +77,16 @@ impl World {
             return Ok(entity.into());
         }
         let message = format!("the entity {:#x} is no body", handle.bits);
+        Err(Failure::new(RhexisStatus::InvalidHandle, message))
+    }
+
+    /// The obstacle of a handle, alive.
+    pub(crate) fn obstacle(&mut self, handle: RhexisEntity) -> Answer<ObstacleId> {
+        let entity = self.entity(handle)?;
+        if self.simulation().world().satisfies::<&Obstacle>(entity) {
+            return Ok(entity.into());
+        }
+        let message = format!("the entity {:#x} is no obstacle", handle.bits);
         Err(Failure::new(RhexisStatus::InvalidHandle, message))
     }
 

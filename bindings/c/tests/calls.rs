@@ -12,6 +12,7 @@ use rhexis::settings::Settings;
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::TriangleMesh;
 use rhexis_c::abi::*;
+use rhexis_c::body::*;
 use rhexis_c::component::*;
 use rhexis_c::events::*;
 use rhexis_c::haptics::*;
@@ -49,6 +50,41 @@ fn close(world: RhexisWorld, forceps: RhexisEntity, body: RhexisEntity) -> usize
     let mut held = 0;
     ok(rhexis_forceps_close(world, forceps, body, input(&grasp), out(&mut held)));
     held
+}
+
+#[test]
+fn a_rigid_ball_falls_onto_a_sheet_and_tells_its_impulse() {
+    let mut world = NO_WORLD;
+    ok(rhexis_world_from_scene(
+        text(
+            c"[scene]\nname = 'ball'\n[run]\nmode = 'dynamic'\ndt = 2\nsteps = 1\n[[bodies]]\nname = 'sheet'\nmesh.grid = { width = 8, height = 8, nx = 8, ny = 8 }\nmaterial = { young = 1, poisson = 0.3, thickness = 0.1 }\ncontact = {}\n\
+        [[bodies.holds]]\nname = 'rim'\nregion = { boundary = true }\n",
+        ),
+        text(c"ball.toml"),
+        out(&mut world),
+    ));
+    let mut ball = RhexisEntity::default();
+    ok(rhexis_obstacle_create(
+        world,
+        text(c"shape = { Sphere = { centre = [4, 4, 2.01], radius = 2 } }"),
+        out(&mut ball),
+    ));
+    let mut rigid = RhexisRigid { mass: 9.0, ..RhexisRigid::default() };
+    ok(rhexis_rigid(world, ball, out(&mut rigid)));
+    assert_eq!(rigid, RhexisRigid::default());
+    refused(rhexis_rigid_set(world, ball, text(c"velocity = [0, 0, 1]")), RhexisStatus::Scene, "give `mass`");
+    refused(rhexis_rigid_set(world, ball, text(c"mass = 0")), RhexisStatus::Refused, "mass");
+    refused(rhexis_rigid_set(world, ball, text(c"mas = 1")), RhexisStatus::Scene, "give `mass`");
+    ok(rhexis_rigid_set(world, ball, text(c"mass = 0.5\nacceleration = [0, 0, -9.81e-3]")));
+    for _ in 0..40 {
+        ok(rhexis_step(world, 2.0, Out::NULL));
+    }
+    ok(rhexis_rigid(world, ball, out(&mut rigid)));
+    assert!(rigid.mass == 0.5 && rigid.impulse.z > 0.0 && rigid.centre.z > 1.0, "{rigid:?}");
+    ok(rhexis_rigid_set(world, ball, text(c"")));
+    ok(rhexis_rigid(world, ball, out(&mut rigid)));
+    assert_eq!(rigid.mass, 0.0);
+    ok(rhexis_world_destroy(world));
 }
 
 #[test]

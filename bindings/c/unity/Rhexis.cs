@@ -183,6 +183,24 @@ namespace Rhexis
         public ulong bits;
     }
 
+    /// <summary>A rigid body that tissue pushes.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public struct RhexisRigid
+    {
+        /// <summary>Mass [g].</summary>
+        public double mass;
+        /// <summary>Centre of mass [mm].</summary>
+        public RhexisVec3 centre;
+        /// <summary>Velocity of the centre [mm/ms].</summary>
+        public RhexisVec3 velocity;
+        /// <summary>Angular velocity [rad/ms].</summary>
+        public RhexisVec3 spin;
+        /// <summary>Impulse of tissue in the last step [N ms].</summary>
+        public RhexisVec3 impulse;
+        /// <summary>Moment of the impulse about the centre [N mm ms].</summary>
+        public RhexisVec3 angular_impulse;
+    }
+
     /// <summary>A vertex that is pinned.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct RhexisPin
@@ -543,6 +561,23 @@ namespace Rhexis
             RhexisWorld world,
             [MarshalAs(UnmanagedType.LPUTF8Str)] string toml,
             out RhexisEntity obstacle);
+
+        /// <summary>
+        /// Makes an obstacle a rigid body that tissue pushes, or changes its motion: TOML such as "mass = 2.0\nacceleration = [0, 0, -9.81e-3]" with
+        /// the keys of `RhexisRigid` and "acceleration" and "inertia". A new one needs its mass [g], from which centre and inertia follow by its
+        /// shape. An empty text takes the mass away. Its place is set by `rhexis_set` with "Obstacle".
+        /// </summary>
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern RhexisStatus rhexis_rigid_set(
+            RhexisWorld world,
+            RhexisEntity obstacle,
+            [MarshalAs(UnmanagedType.LPUTF8Str)] string toml);
+
+        /// <summary>
+        /// Mass and motion of a rigid obstacle, and the impulse of tissue in the last step; a mass of 0 for an obstacle that yields to nothing.
+        /// </summary>
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern RhexisStatus rhexis_rigid(RhexisWorld world, RhexisEntity obstacle, out RhexisRigid rigid);
 
         /// <summary>The name of a component by number, from 0 on; NULL past the last. Valid for ever.</summary>
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]

@@ -2,14 +2,15 @@
 
 use crate::arrays::{points, triangles};
 use crate::entity::Entity;
-use crate::error::{Answer, Failure, refused};
-use crate::toml_form::{given, patched};
+use crate::error::{Answer, Failure, refused, unreadable};
+use crate::toml_form::{given, patched, to_python};
 use crate::world::{World, equip};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rhexis::components::{Fibres, Material, Obstacle};
 use rhexis::membrane::Membrane;
 use rhexis::storage::TriangleMesh;
+use rhexis_scene::patch::patched_rigid;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
@@ -102,5 +103,22 @@ impl World {
             let made = state.simulation_mut().spawn_obstacle(shape).map_err(refused)?;
             Ok::<_, Failure>(state.handle(made))
         })
+    }
+
+    /// Makes an obstacle a rigid body that tissue pushes, or changes its motion; without keywords it yields to nothing any more.
+    #[pyo3(signature = (obstacle, /, **keywords))]
+    fn set_rigid(&self, py: Python<'_>, obstacle: Entity, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        let patch = given("Rigid", None, keywords)?;
+        self.with(py, |state| {
+            let obstacle = state.obstacle(obstacle)?;
+            let rigid = patched_rigid(state.simulation(), obstacle, patch).map_err(unreadable)?;
+            state.simulation_mut().set_rigid(obstacle, rigid).map_err(refused)
+        })
+    }
+
+    /// Mass and motion of a rigid obstacle, and the impulse of tissue in the last step; None for one that yields to nothing.
+    fn rigid<'py>(&self, py: Python<'py>, obstacle: Entity) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let found = self.look(|state| Ok(state.simulation().rigid(state.obstacle(obstacle)?).map_err(refused)?))?;
+        found.map(|rigid| to_python(py, "Rigid", &rigid)).transpose()
     }
 }

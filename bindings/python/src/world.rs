@@ -10,12 +10,12 @@ use crate::toml_form::{given, patched};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rhexis::components::Body;
+use rhexis::components::{Body, Obstacle};
 use rhexis::event::Event;
 use rhexis::hecs;
 use rhexis::settings::{Accuracy, Settings};
 use rhexis::simulation::{BodyView, Doubt, Simulation};
-use rhexis::storage::BodyId;
+use rhexis::storage::{BodyId, ObstacleId};
 use rhexis_scene::measures::TearCourse;
 use rhexis_scene::schema::Mode;
 use rhexis_scene::{Document, Instance};
@@ -119,6 +119,15 @@ impl State {
             return Ok(entity.into());
         }
         Err(Failure::handle(format!("{entity:?} is no body")))
+    }
+
+    /// The obstacle of a handle.
+    pub(crate) fn obstacle(&self, handle: Entity) -> Answer<ObstacleId> {
+        let entity = self.entity(handle)?;
+        if self.simulation().world().satisfies::<&Obstacle>(entity) {
+            return Ok(entity.into());
+        }
+        Err(Failure::handle(format!("{handle:?} is no obstacle")))
     }
 
     pub(crate) fn name(&self, body: BodyId) -> Option<String> {

@@ -135,6 +135,27 @@ def test_material_and_obstacle(world: rhexis.World) -> None:
         world.set(obstacle, "Obstacle", "")
 
 
+def test_a_rigid_ball_is_pushed_by_tissue(world: rhexis.World) -> None:
+    sheet = world.spawn(*grid(8), components={"Contact": {}})
+    positions = world.positions()
+    rim = [key for key, x in zip(world.vertex_keys(), positions) if min(x[0], x[1]) < 0.1 or max(x[0], x[1]) > 7.9]
+    world.pin("rim", rim, sheet)
+    ball = world.spawn_obstacle(shape={"Sphere": {"centre": [4, 4, 2.01], "radius": 2}})
+    assert world.rigid(ball) is None
+    with refused("scene", "give `mass`"):
+        world.set_rigid(ball, velocity=[0, 0, 1])
+    with refused("refused", "mass"):
+        world.set_rigid(ball, mass=-1)
+    world.set_rigid(ball, mass=0.5, acceleration=[0, 0, -9.81e-3])
+    world.step(2.0, 40)
+    rigid = world.rigid(ball)
+    assert rigid is not None and rigid["mass"] == 0.5 and rigid["impulse"][2] > 0 and rigid["centre"][2] > 1
+    world.set_rigid(ball, velocity=[0.1, 0, 0])
+    assert world.rigid(ball)["velocity"] == [0.1, 0, 0]
+    world.set_rigid(ball)
+    assert world.rigid(ball) is None
+
+
 def test_settings_presets_and_budget(world: rhexis.World) -> None:
     world.set_settings("advanced.linear.tolerance = 1e-6", max_tear_passes=2)
     settings = world.settings

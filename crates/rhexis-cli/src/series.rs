@@ -52,6 +52,8 @@ pub(super) struct Observation {
     pub probes: Vec<(String, DVec3, f64)>,
     /// Force of every obstacle on the bodies \[N\]; none where no body feels them.
     pub obstacles: Vec<(String, DVec3)>,
+    /// Centre of mass \[mm\] and velocity \[mm/ms\] of every rigid obstacle.
+    pub rigid: Vec<(String, [DVec3; 2])>,
     /// Largest unbalanced force of a body that obstacles may push \[N\].
     pub unbalanced: f64,
     /// Which of the reactions and which of the grips are those of each body, in the order of the scene's bodies.
@@ -120,6 +122,7 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         let reading = simulation.reading(*body, *point)?;
         Some((name.clone(), reading.position, reading.stress.principal_values().0))
     }));
+    o.rigid = instance.rigid_obstacles();
     let world = instance.simulation.world();
     if instance.bodies.iter().any(|&body| world.satisfies::<&Contact>(body.entity())) {
         o.obstacles = instance.obstacle_forces();
@@ -160,6 +163,10 @@ impl Observation {
         for (name, ..) in &self.probes {
             header.extend(["x_mm", "y_mm", "z_mm", "stress_MPa"].map(|column| format!("{name}/{column}")));
         }
+        for (name, _) in &self.rigid {
+            header.extend(["x", "y", "z"].map(|axis| format!("{name}_{axis}_mm")));
+            header.extend(["x", "y", "z"].map(|axis| format!("{name}_velocity_{axis}_mm_per_ms")));
+        }
         if !self.obstacles.is_empty() {
             header.push("unbalanced_force_N".to_owned());
         }
@@ -196,6 +203,9 @@ impl Observation {
         }
         for (_, position, stress) in &self.probes {
             row.extend(position.to_array().into_iter().chain([*stress]).map(|value| format!("{value:e}")));
+        }
+        for (_, motion) in &self.rigid {
+            row.extend(motion.iter().flat_map(DVec3::to_array).map(|value| format!("{value:e}")));
         }
         if !self.obstacles.is_empty() {
             row.push(format!("{:e}", self.unbalanced));

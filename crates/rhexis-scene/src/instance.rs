@@ -298,6 +298,13 @@ impl Instance {
         forces
     }
 
+    /// Centre of mass \[mm\] and velocity \[mm/ms\] of every rigid obstacle, in the order of the file.
+    pub fn rigid_obstacles(&self) -> Vec<(String, [DVec3; 2])> {
+        let named = self.obstacles.iter().zip(self.simulation.obstacles());
+        let rigid = named.filter_map(|(name, obstacle)| Some((name, self.simulation.rigid(obstacle).ok()??)));
+        rigid.map(|(name, rigid)| (name.clone(), [rigid.centre, rigid.velocity])).collect()
+    }
+
     /// Tear tips that are alive, of all bodies.
     pub fn tip_count(&self) -> usize {
         let tips = |&body: &BodyId| self.simulation.world().get::<&Tips>(body.entity()).map_or(0, |tips| tips.len());

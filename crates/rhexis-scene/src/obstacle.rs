@@ -6,9 +6,9 @@ use super::error::{Fault, positive};
 use super::files::Files;
 use super::instance::Run;
 use super::mesh_on_file::Arrays;
-use super::schema::{MeshSpec, ObstacleSpec};
+use super::schema::{MeshSpec, ObstacleSpec, Point};
 use glam::{DMat3, DVec3};
-use rhexis::components::{Contact, Hull, Path, Shape, Turning};
+use rhexis::components::{Contact, Hull, Path, Rigid, Shape, Turning};
 use rhexis::simulation::{Simulation, Solid};
 use rhexis::storage::BodyId;
 use std::sync::Arc;
@@ -31,8 +31,12 @@ pub(super) fn spawn(
         let key = format!("obstacles.{i}");
         let (shape, width) = shape(spec, files, &key)?;
         widths.push(width);
-        let turning = turning(spec, &shape, run, &key)?;
+        let rigid = rigid(spec, &shape, &key)?;
+        let turning = if rigid.is_some() { None } else { turning(spec, &shape, run, &key)? };
         let mut solid = Solid::new(shape);
+        if let Some(rigid) = rigid {
+            solid = solid.rigid(rigid);
+        }
         if let Some(path) = &spec.path {
             solid = solid.path(path.0.clone());
         }
@@ -78,6 +82,30 @@ fn width(positions: &[DVec3]) -> f64 {
     let seen: Vec<DVec3> = positions.iter().map(|p| (p - centroid).reject_from(axis)).collect();
     let one = farthest(&seen, DVec3::ZERO);
     farthest(&seen, one).distance(one)
+}
+
+/// Mass and motion of an obstacle that tissue pushes.
+fn rigid(spec: &ObstacleSpec, shape: &Shape, key: &str) -> Result<Option<Rigid>, Fault> {
+    let Some(mass) = spec.mass else {
+        let motion = [("velocity", spec.velocity.is_some()), ("gravity", spec.gravity.is_some())];
+        return match motion.into_iter().find(|(_, is_given)| *is_given) {
+            Some((name, _)) => {
+                let hint = "add `mass` [g] to make it a rigid body, or move it by `path`";
+                Err(Fault::new(format!("{key}.{name}"), "an obstacle without a mass yields to nothing", hint))
+            }
+            None => Ok(None),
+        };
+    };
+    let mass = positive(format!("{key}.mass"), mass, "g")?;
+    if spec.path.is_some() || spec.rotate.is_some() || spec.pivot.is_some() {
+        let hint = "remove `mass`, or `path`, `rotate` and `pivot`; `velocity` and `spin` are its motion at time zero";
+        return Err(Fault::new(key, "a rigid body follows no path", hint));
+    }
+    let hint = "give a `box`, or remove `mass`";
+    let solid = Rigid::of(shape, mass).ok_or_else(|| Fault::new(key, "a half space has no mass", hint))?;
+    let of = |point: Option<Point>| point.map_or(DVec3::ZERO, |point| point.0);
+    let spin = of(spec.spin).map(f64::to_radians);
+    Ok(Some(Rigid { velocity: of(spec.velocity), spin, acceleration: of(spec.gravity), ..solid }))
 }
 
 /// How an obstacle turns, in radians.

@@ -1,6 +1,9 @@
 //! Components and settings as TOML: what is there, with what a table changes of it.
 
 use crate::{nearest, renamed};
+use rhexis::components::{Obstacle, Rigid};
+use rhexis::simulation::Simulation;
+use rhexis::storage::ObstacleId;
 use serde::{Serialize, de::DeserializeOwned};
 use toml::{Table, Value};
 
@@ -29,6 +32,29 @@ pub fn patched<T: Serialize + DeserializeOwned>(what: &str, base: Option<&T>, mu
     let value = value.map_err(|error| format!("{what}: {}", error.to_string().trim_end()))?;
     known(what, &patch, &to_table(what, &value)?)?;
     Ok(value)
+}
+
+/// Motion of a rigid obstacle with what is given changed: of the present one, or of the solid of its shape with the mass given; nothing
+/// given takes the mass away.
+///
+/// # Errors
+/// For no such obstacle, a key or a value that is none of a rigid body's, and a new one without a mass or of a plane.
+pub fn patched_rigid(simulation: &Simulation, obstacle: ObstacleId, patch: Table) -> Result<Option<Rigid>, String> {
+    if patch.is_empty() {
+        return Ok(None);
+    }
+    let present = simulation.rigid(obstacle).map_err(|error| error.to_string())?;
+    let base = match present {
+        Some(rigid) => rigid,
+        None => {
+            let world = simulation.world();
+            let shape = world.get::<&Obstacle>(obstacle.entity()).map_err(|error| error.to_string())?.shape.clone();
+            let mass = patch.get("mass").and_then(|mass| mass.as_float().or(mass.as_integer().map(|mass| mass as f64)));
+            let mass = mass.ok_or("Rigid: give `mass` [g], from which centre and inertia follow")?;
+            Rigid::of(&shape, mass).ok_or("Rigid: a half space has no mass: give a box")?
+        }
+    };
+    patched("Rigid", Some(&base), patch).map(Some)
 }
 
 /// Values attached to rows need not say that none of them was ever removed.

@@ -1,6 +1,6 @@
 //! Values that a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
-use crate::components::PairSpring;
+use crate::components::{PairSpring, RigidCoupling};
 use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
 use crate::storage::Triangles;
 use crate::storage::room::grow;
@@ -125,16 +125,25 @@ pub struct Forces {
 pub struct ExternalStiffness {
     /// −∂f/∂x per vertex.
     pub block: Vec<Sym3>,
+    // Behind a pointer, lest the world keeps room for the lists wherever it has room for bodies.
+    pub(crate) coupled: Box<Coupled>,
+}
+
+/// Stiffness that couples vertices.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Coupled {
     /// Springs between layers of the body that touch.
-    pub(crate) pairs: Vec<PairSpring>,
+    pub pairs: Vec<PairSpring>,
     /// Their blocks on the diagonal, per vertex; empty without any.
-    pub(crate) pair_block: Vec<Sym3>,
+    pub pair_block: Vec<Sym3>,
+    /// Rigid obstacles in touch that the body moves.
+    pub rigid: Vec<RigidCoupling>,
 }
 
 impl ExternalStiffness {
     /// Adds the forces \[N\] of the springs between layers for a displacement \[mm\].
     pub(crate) fn add_pairs(&self, u: &[DVec3], out: &mut [DVec3]) {
-        for spring in &self.pairs {
+        for spring in &self.coupled.pairs {
             let force = spring.force(u);
             for (&row, &weight) in spring.rows.iter().zip(&spring.weights) {
                 out[row as usize] += force * weight;
@@ -142,13 +151,50 @@ impl ExternalStiffness {
         }
     }
 
+    /// Adds the forces \[N\] of the couplings to rigid obstacles for a displacement \[mm\].
+    pub(crate) fn add_couplings(&self, u: &[DVec3], out: &mut [DVec3]) {
+        for coupling in &self.coupled.rigid {
+            let seen = coupling.seen(u);
+            for (row, columns) in &coupling.rows {
+                out[*row as usize] -= RigidCoupling::back(columns, &seen);
+            }
+        }
+    }
+
+    /// Force \[N\] of the couplings at one vertex.
+    pub(crate) fn couplings_at(&self, v: usize, u: &[DVec3]) -> DVec3 {
+        let mut force = DVec3::ZERO;
+        for coupling in &self.coupled.rigid {
+            let mut own = coupling.rows.iter().filter(|(row, _)| *row as usize == v).peekable();
+            if own.peek().is_some() {
+                let seen = coupling.seen(u);
+                force -= own.map(|(_, columns)| RigidCoupling::back(columns, &seen)).sum::<DVec3>();
+            }
+        }
+        force
+    }
+
+    /// Work \[mJ\] of the couplings along one displacement by their forces for another.
+    pub(crate) fn work_of_couplings(&self, by: impl Fn(usize) -> DVec3, along: &[DVec3]) -> f64 {
+        let of_vertex = |coupling: &RigidCoupling, k: usize| {
+            coupling.rows.iter().map(|(row, columns)| columns[k].dot(by(*row as usize))).sum::<f64>()
+        };
+        let of_one = |coupling: &RigidCoupling| {
+            coupling.seen(along).iter().enumerate().map(|(k, seen)| of_vertex(coupling, k) * seen).sum::<f64>()
+        };
+        self.coupled.rigid.iter().map(of_one).sum()
+    }
+
     /// Force \[N\] of these springs at one vertex.
     pub(crate) fn pairs_at(&self, v: usize, u: &[DVec3]) -> DVec3 {
-        if self.pair_block.get(v).is_none_or(|block| *block == Sym3::ZERO) {
+        if self.coupled.pair_block.get(v).is_none_or(|block| *block == Sym3::ZERO) {
             return DVec3::ZERO;
         }
-        let ends =
-            self.pairs.iter().flat_map(|spring| spring.rows.iter().zip(&spring.weights).map(move |end| (spring, end)));
+        let ends = self
+            .coupled
+            .pairs
+            .iter()
+            .flat_map(|spring| spring.rows.iter().zip(&spring.weights).map(move |end| (spring, end)));
         ends.filter(|(_, (row, _))| **row as usize == v).map(|(spring, (_, weight))| spring.force(u) * *weight).sum()
     }
 }

@@ -6,5 +6,6 @@ pub(super) mod free_axes;
 pub(super) mod guide_constraints;
 pub(super) mod layers;
 pub(super) mod outputs;
+pub(super) mod rigid_coupling;
 pub(super) mod solver_scratch;
 pub(super) mod stops;

@@ -155,6 +155,9 @@ pub(crate) struct Push {
     pub force: DVec3,
     /// −∂f/∂x \[N/mm\].
     pub block: Sym3,
+    /// Where the obstacle bears it \[mm\], and its normal there.
+    pub point: DVec3,
+    pub normal: DVec3,
 }
 
 /// Force of an obstacle at a vertex, on its way along the solve.
@@ -164,10 +167,15 @@ pub(crate) struct Touch {
     pub place: u32,
     /// Row of the vertex.
     pub row: u32,
+    /// Whether the vertex is in touch; else it is the corner of a triangle that is.
+    pub is_at_vertex: bool,
     /// Force \[N\], at the evaluation and then in the solve's answer.
     pub force: DVec3,
     /// −∂f/∂x \[N/mm\].
     pub block: Sym3,
+    /// Where the obstacle bears it \[mm\], and its normal there.
+    pub point: DVec3,
+    pub normal: DVec3,
 }
 
 /// Friction of an obstacle at a vertex, as evaluated.

@@ -10,6 +10,7 @@ pub(super) mod last_step;
 pub(super) mod ligament_failure;
 pub(super) mod obstacle_motion;
 pub(super) mod refined;
+pub(super) mod rigid;
 #[cfg(feature = "snapshot")]
 mod saved_pinch;
 pub(super) mod sleep_state;

@@ -236,10 +236,10 @@ fn share(pair: &Pair, weights: &[f64; 4], distance: f64, (vertices, triangles, t
 impl ExternalStiffness {
     /// Adds a spring between two parts of a body of `count` vertices.
     fn add_pair(&mut self, spring: PairSpring, count: usize) {
-        self.pair_block.resize(count, Sym3::ZERO);
+        self.coupled.pair_block.resize(count, Sym3::ZERO);
         for (place, &row) in spring.rows.iter().enumerate() {
-            self.pair_block[row as usize] += spring.block(place);
+            self.coupled.pair_block[row as usize] += spring.block(place);
         }
-        self.pairs.push(spring);
+        self.coupled.pairs.push(spring);
     }
 }

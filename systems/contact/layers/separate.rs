@@ -32,6 +32,9 @@ const PLANE_SEARCHES: u32 = 4;
 const COMMON_SEARCHES: u32 = 7;
 const MOST_SEARCHES: u32 = 10;
 
+/// Parts of the answer's way that are tried where the search or the proofs of all of it end at their limit.
+const PARTS: [f64; 3] = [0.25, 0.0625, 0.015625];
+
 /// Bisections for the plane with equal impulses: to rounding.
 const BISECTIONS: u32 = 60;
 
@@ -136,42 +139,29 @@ pub fn keep_apart(world: &mut hecs::World, step: &StepContext) -> usize {
         let layers = &mut **memory.layers.get_or_insert_default();
         let held = HeldTogether::new(vertices.len(), free, grips);
         let before = vertices.position.clone();
-        let far_sq = FAR * FAR * own.radius * own.radius;
         let most = work::tests_within(step.left(result), triangles.len());
-        let mut mover = Mover { free, start: &increment.start, stamps: Vec::new(), motions: 0, tests: 0, most };
-        for search in 0..MOST_SEARCHES {
-            sweep((&*vertices, triangles, topology), &increment.start, &own).find(layers);
-            mover.tests +=
-                std::mem::take(&mut layers.tests) + layers.tests_of_proofs(increment.start == vertices.position);
-            if layers.are_too_many {
-                layers.moved_as_one = true;
-                mover.all_in_common(vertices);
+        let start = &increment.start[..];
+        let mut mover = Mover { free, start, stamps: Vec::new(), motions: 0, tests: 0, most };
+        let mesh = (triangles, topology);
+        let mut is_apart = mover.keep_apart(vertices, mesh, (layers, &held), &own);
+        let mut tests = mover.tests;
+        for part in PARTS {
+            if is_apart {
                 break;
             }
-            let pairs = layers.pairs.iter().zip(&layers.starts).filter(|(pair, _)| !held.all(pair));
-            let pairs: Vec<(Pair, PairStart)> = pairs.map(|(pair, start)| (*pair, *start)).collect();
-            let from = vertices.position.clone();
-            let first_round = match search {
-                0..PLANE_SEARCHES => 0,
-                PLANE_SEARCHES..COMMON_SEARCHES => PLANE_ROUNDS,
-                _ => COMMON_ROUNDS,
-            };
-            let were_apart = mover.separate(vertices, &pairs, (own.radius, first_round));
-            layers.are_apart = were_apart && pairs.len() == layers.pairs.len();
-            if were_apart {
-                break;
+            // A shorter way has fewer pairs, and the tissue comes nearer to its equilibrium by it.
+            for (v, before) in before.iter().enumerate() {
+                vertices.position[v] = *before + (start[v] - *before) * (1.0 - part) * free[v];
             }
-            if mover.tests > most {
-                layers.moved_as_one = true;
-                mover.all_in_common(vertices);
-                break;
-            }
-            let ways = from.iter().zip(&vertices.position).map(|(a, b)| a.distance_squared(*b));
-            if !(ways.fold(0.0, f64::max) > far_sq) {
-                break;
-            }
+            (mover.tests, mover.most) = (0, most / PARTS.len());
+            is_apart = mover.keep_apart(vertices, mesh, (layers, &held), &own);
+            tests += mover.tests;
         }
-        layers.tests = mover.tests;
+        if !is_apart {
+            layers.moved_as_one = true;
+            mover.all_in_common(vertices);
+        }
+        layers.tests = tests;
         layers.count_work(result, triangles.len());
         let mut held_back = 0;
         for (v, before) in before.into_iter().enumerate().filter(|(v, before)| vertices.position[*v] != *before) {
@@ -198,6 +188,45 @@ struct Mover<'a> {
 }
 
 impl Mover<'_> {
+    /// Holds back the parts of pairs that are through each other, wherever corrections lead. Whether that was done within the limits.
+    fn keep_apart(
+        &mut self,
+        vertices: &mut Vertices,
+        (triangles, topology): (&Triangles, &Topology),
+        (layers, held): (&mut Layers, &HeldTogether),
+        own: &SelfContact,
+    ) -> bool {
+        let far_sq = FAR * FAR * own.radius * own.radius;
+        for search in 0..MOST_SEARCHES {
+            sweep((&*vertices, triangles, topology), self.start, own).find(layers);
+            self.tests += std::mem::take(&mut layers.tests) + layers.tests_of_proofs(self.start == vertices.position);
+            if layers.are_too_many {
+                return false;
+            }
+            let pairs = layers.pairs.iter().zip(&layers.starts).filter(|(pair, _)| !held.all(pair));
+            let pairs: Vec<(Pair, PairStart)> = pairs.map(|(pair, start)| (*pair, *start)).collect();
+            let from = vertices.position.clone();
+            let first_round = match search {
+                0..PLANE_SEARCHES => 0,
+                PLANE_SEARCHES..COMMON_SEARCHES => PLANE_ROUNDS,
+                _ => COMMON_ROUNDS,
+            };
+            let were_apart = self.separate(vertices, &pairs, (own.radius, first_round));
+            layers.are_apart = were_apart && pairs.len() == layers.pairs.len();
+            if were_apart {
+                break;
+            }
+            if self.tests > self.most {
+                return false;
+            }
+            let ways = from.iter().zip(&vertices.position).map(|(a, b)| a.distance_squared(*b));
+            if !(ways.fold(0.0, f64::max) > far_sq) {
+                break;
+            }
+        }
+        true
+    }
+
     /// Separates pairs one after the other, until all are apart or the rounds are used up. Whether all were apart. From half of the tests on
     /// pairs move in common, from three quarters on not at all.
     fn separate(

@@ -4,10 +4,12 @@
 use super::empty;
 use super::matrix::Matrix;
 use super::partition::Partition;
+use crate::components::Six;
 use crate::systems::solver::CgError;
 use crate::systems::solver::estimate::Limits;
-use crate::systems::solver::recurrence::{self, Reached, iterate};
+use crate::systems::solver::recurrence::{self, Reached, Vectors as _, iterate};
 use glam::{DVec2, Vec4};
+use smallvec::SmallVec;
 
 /// The vectors, in the order of the preconditioner.
 #[derive(Debug, Default)]
@@ -54,8 +56,9 @@ pub(super) fn solve<P: Precondition>(
         empty(zero, n);
         zero.resize(n, Vec4::ZERO);
     }
-    let start = preconditioner.forward_sweep(0.0, vectors);
-    iterate(&mut Single { matrix, partition, preconditioner, vectors }, start, limits)
+    let mut single = Single { matrix, partition, preconditioner, vectors, of_patches: SmallVec::new() };
+    let start = single.advance(0.0);
+    iterate(&mut single, start, limits)
 }
 
 /// Vectors in single precision.
@@ -64,6 +67,8 @@ struct Single<'a, P> {
     partition: &'a Partition,
     preconditioner: &'a mut P,
     vectors: &'a mut Vectors,
+    /// Answers of the patches in touch with rigid obstacles.
+    of_patches: SmallVec<[Six; 1]>,
 }
 
 impl<P: Precondition> recurrence::Vectors for Single<'_, P> {
@@ -73,6 +78,10 @@ impl<P: Precondition> recurrence::Vectors for Single<'_, P> {
 
     fn next_direction(&mut self, beta: f64) {
         self.preconditioner.backward_sweep(beta as f32, self.vectors);
+        let p = &mut self.vectors.p;
+        for (patch, answer) in self.matrix.patches().zip(&self.of_patches) {
+            patch.spread(answer, |row, motion| p[row] += motion.as_vec3().extend(0.0));
+        }
     }
 
     fn multiply(&mut self) -> f64 {
@@ -85,6 +94,13 @@ impl<P: Precondition> recurrence::Vectors for Single<'_, P> {
     }
 
     fn advance(&mut self, alpha: f64) -> DVec2 {
-        self.preconditioner.forward_sweep(alpha as f32, self.vectors)
+        let mut sums = self.preconditioner.forward_sweep(alpha as f32, self.vectors);
+        self.of_patches.clear();
+        for patch in self.matrix.patches() {
+            let (answer, part) = patch.answer(|row| self.vectors.xr[row][1].truncate().as_dvec3());
+            self.of_patches.push(answer);
+            sums.y += part;
+        }
+        sums
     }
 }

@@ -16,8 +16,8 @@ use crate::systems::kernels::membrane::ElementTangent;
 use crate::systems::kernels::pack::{LANES, Pack};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
-use crate::systems::solver::Operator;
-use glam::{Mat4, Vec4};
+use crate::systems::solver::{Operator, patch::Patch};
+use glam::{DVec3, Mat4, Vec4};
 use std::ops::Range;
 
 /// Corners of the edges of a triangle: of the row of their block, and of its column.
@@ -40,10 +40,22 @@ pub(super) struct Matrix {
     segment_start: Vec<u32>,
     /// Bending, where there is any.
     folding: Option<Box<BendingPacks>>,
+    /// Terms between vertices that no triangle joins, where there are any.
+    between: Option<Box<Between>>,
+}
+
+/// A row in touch with a rigid obstacle, and its columns.
+type CoupledRow = (u32, [Vec4; 6]);
+
+/// Terms between vertices that no triangle joins.
+#[derive(Debug, Default)]
+struct Between {
     /// Springs between layers that touch.
     pairs: Vec<RowPair>,
     /// Their blocks on the diagonal, for preconditioners; empty without any.
     pair_blocks: Vec<Block>,
+    /// Rigid obstacles: rows in touch with each and their columns, and the patch in touch, for preconditioners.
+    rigid: Vec<(Vec<CoupledRow>, Option<Patch>)>,
 }
 
 /// A spring between layers.
@@ -71,7 +83,7 @@ impl Matrix {
             let v = vertex[row] as usize;
             (operator.vertex_block(v), free[v])
         });
-        self.assemble_pairs(operator, order);
+        self.assemble_between(operator, order, free);
         size(&mut self.segments, 2 * partition.vertex.len(), Vec4::ZERO);
         empty(&mut self.segment_start, partition.vertex_start.len());
         self.segment_start.extend(partition.vertex_start.iter().map(|start| 2 * start));
@@ -84,26 +96,62 @@ impl Matrix {
         }
     }
 
-    fn assemble_pairs(&mut self, operator: &Operator, order: &Order) {
-        self.pairs.clear();
-        self.pair_blocks.clear();
-        let Some(external) = operator.external.filter(|external| !external.pairs.is_empty()) else { return };
-        self.pairs.extend(external.pairs.iter().map(|spring| RowPair {
+    fn assemble_between(&mut self, operator: &Operator, order: &Order, free: &FreeAxes) {
+        let coupled = operator.external.map(|external| &*external.coupled);
+        let Some(coupled) = coupled.filter(|coupled| !(coupled.pairs.is_empty() && coupled.rigid.is_empty())) else {
+            self.between = None;
+            return;
+        };
+        let Between { pairs, pair_blocks, rigid } = &mut **self.between.get_or_insert_default();
+        pairs.clear();
+        pair_blocks.clear();
+        rigid.clear();
+        pairs.extend(coupled.pairs.iter().map(|spring| RowPair {
             rows: spring.rows.map(|v| order.row[v as usize]),
             weights: Vec4::from_array(spring.weights.map(|weight| weight as f32)),
             normal: spring.normal.as_vec3().extend(0.0),
             stiffness: spring.stiffness as f32,
         }));
-        self.pair_blocks.extend(order.vertex.iter().map(|&v| {
-            let block = external.pair_block[v as usize].to_mat();
-            [block.x_axis, block.y_axis, block.z_axis].map(|column| column.as_vec3().extend(0.0))
+        if !pairs.is_empty() {
+            pair_blocks.extend(order.vertex.iter().map(|&v| {
+                let block = coupled.pair_block[v as usize].to_mat();
+                [block.x_axis, block.y_axis, block.z_axis].map(|column| column.as_vec3().extend(0.0))
+            }));
+        }
+        rigid.extend(coupled.rigid.iter().map(|coupling| {
+            let single = |column: DVec3| column.as_vec3().extend(0.0);
+            let rows = coupling.rows.iter().map(|(v, columns)| (order.row[*v as usize], columns.map(single))).collect();
+            let patch = Patch::of(coupling, operator, free);
+            (rows, patch.map(|patch| patch.renumbered(&order.row)))
         }));
+    }
+
+    /// Patches of the rigid obstacles.
+    pub(super) fn patches(&self) -> impl Iterator<Item = &Patch> {
+        self.between.iter().flat_map(|between| &between.rigid).filter_map(|(_, patch)| patch.as_ref())
+    }
+
+    /// Adds the products of the couplings to rigid obstacles; returns their part of u·(A·u).
+    fn add_couplings(&self, u: &[Vec4], out: &mut [Vec4]) -> f64 {
+        let mut product = 0.0;
+        for (rows, _) in self.between.iter().flat_map(|between| &between.rigid) {
+            let mut seen = [0.0_f32; 6];
+            for (row, columns) in rows {
+                seen.iter_mut().zip(columns).for_each(|(seen, column)| *seen += column.dot(u[*row as usize]));
+            }
+            product -= seen.iter().map(|seen| f64::from(*seen) * f64::from(*seen)).sum::<f64>();
+            for (row, columns) in rows {
+                let force: Vec4 = columns.iter().zip(seen).map(|(column, seen)| *column * seen).sum();
+                out[*row as usize] -= force * self.vertex_blocks.free(*row as usize);
+            }
+        }
+        product
     }
 
     /// Adds the products of the springs between layers; returns their part of u·(A·u).
     fn add_pairs(&self, u: &[Vec4], out: &mut [Vec4]) -> f64 {
         let mut product = 0.0;
-        for pair in &self.pairs {
+        for pair in self.between.iter().flat_map(|between| &between.pairs) {
             let way: f32 = (0..4).map(|i| pair.normal.dot(u[pair.rows[i] as usize]) * pair.weights[i]).sum();
             let force = pair.stiffness * way;
             product += f64::from(force) * f64::from(way);
@@ -163,7 +211,7 @@ impl Matrix {
             folding.bend(u);
         }
         let folding = folding.as_deref();
-        if *is_flat {
+        let product = if *is_flat {
             parallel::for_parts(segments, segment_start, &FlatBlocks { packs: flat_packs, partition, u });
             parallel::sum_chunks(out, partials, &Rows { own, blocks: &own.flat, segments, partition, u })
         } else {
@@ -171,7 +219,8 @@ impl Matrix {
             let product =
                 parallel::sum_chunks(out, partials, &Rows { own, blocks: &own.solid, segments, partition, u });
             product + self.add_pairs(u, out)
-        }
+        };
+        product + self.add_couplings(u, out)
     }
 }
 
@@ -209,7 +258,7 @@ impl OfPacks for Block {
     fn own(matrix: &Matrix, row: usize) -> Self {
         let mut own =
             if matrix.is_flat { matrix.vertex_blocks.flat[row].in_space() } else { matrix.vertex_blocks.solid[row] };
-        if let Some(pairs) = matrix.pair_blocks.get(row) {
+        if let Some(pairs) = matrix.between.as_ref().and_then(|between| between.pair_blocks.get(row)) {
             block::add(&mut own, pairs);
         }
         own

@@ -83,6 +83,12 @@ impl Hostile {
                 if self.judge("obstacle_create", rhexis_obstacle_create(world, toml, out(&mut obstacle))) {
                     self.note(world, obstacle);
                 }
+                let mut rigid = RhexisRigid::default();
+                let known =
+                    [c"", c"mass = 2", c"mass = 1e-300", c"velocity = [1, 0, 1e9]", c"mass = 0.1\nspin = [0, 9, 0]"];
+                let toml = if self.random.chance(10) { self.text() } else { text(self.random.pick(&known)) };
+                self.judge("rigid_set", rhexis_rigid_set(world, entity, toml));
+                self.judge("rigid", rhexis_rigid(world, entity, out(&mut rigid)));
             }
             _ => _ = self.judge("set", rhexis_set(world, entity, text(name), toml)),
         }

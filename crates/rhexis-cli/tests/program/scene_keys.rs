@@ -89,6 +89,30 @@ fn a_box_and_a_cylinder_hold_a_sheet() {
     }
 }
 
+/// A ball with a mass lies on a held sheet, and its place is told; what makes no sense of one is refused.
+#[test]
+fn a_ball_with_a_mass_lies_on_a_sheet() {
+    let body = "contact = {}\ndamping = 1\n[[bodies.holds]]\nname = 'rim'\nregion = { boundary = true }\n";
+    let ball = "[[obstacles]]\nname = 'ball'\nsphere = { centre = [5, 5, 2.01], radius = 2 }\n";
+    let with = |keys: &str| scene("dynamic", "", &format!("{body}{ball}{keys}\n"));
+    let mut instance = with("mass = 0.02\ngravity = [0, 0, -9.81e-3]").unwrap();
+    for _ in 0..60 {
+        instance.advance().unwrap();
+    }
+    let (name, [centre, velocity]) = instance.rigid_obstacles().remove(0);
+    assert!(name == "ball" && (1.0..2.01).contains(&centre.z) && velocity.length() < 0.1, "{centre} {velocity}");
+    for (keys, what) in [
+        ("velocity = [0, 0, 1]", "add `mass`"),
+        ("mass = 0", "mass"),
+        ("mass = 1\npath = [[0, [0, 0, 0]], [1, [0, 0, 1]]]", "follows no path"),
+    ] {
+        let error = with(keys).err().unwrap();
+        assert!(error.contains(what), "{error}");
+    }
+    let plane = "[[obstacles]]\nplane = { point = [0, 0, -1], normal = [0, 0, 1] }\nmass = 1\n";
+    assert!(scene("dynamic", "contact = {}", plane).err().unwrap().contains("give a `box`"));
+}
+
 #[test]
 fn what_there_is_not_is_refused_with_what_there_is() {
     for (body, more, what) in [

@@ -173,6 +173,9 @@ const GLIDING: u64 = 10_000;
 /// Seeds from which on bodies in space touch themselves.
 const TOUCHING: u64 = 20_000;
 
+/// Seeds from which on tissue pushes most obstacles.
+const PUSHING: u64 = 30_000;
+
 /// Runs a case on so many threads. A panic ends it.
 fn run_once(seed: u64, case: u64, threads: usize, is_recorded: bool) -> (Outcome, Option<StateHash>, bool) {
     let mut dice = Dice::new(seed, case);
@@ -181,7 +184,8 @@ fn run_once(seed: u64, case: u64, threads: usize, is_recorded: bool) -> (Outcome
     let mut scene = None;
     let course = catch_unwind(AssertUnwindSafe(|| {
         let refused = |what| (FailureKind::Refused, what);
-        let scene = scene.insert(scene::scene(&mut dice, threads, (glides, seed >= TOUCHING)).map_err(refused)?);
+        let scene = scene
+            .insert(scene::scene(&mut dice, threads, (glides, seed >= TOUCHING, seed >= PUSHING)).map_err(refused)?);
         if is_recorded {
             scene.simulation.record();
         }

@@ -5,13 +5,13 @@ use super::surface;
 use glam::DVec3;
 use rhexis::components::{
     Anchor, Bending, Changes, Contact, Curve, Damping, Drag, EnergyAudit, EnergyCriterion, Fibres, Gravity, Hold,
-    Material, Obstacle, PointLoad, PointLoads, PreStretch, Pressure, Refinement, SelfContact, Shape, Sleeping, Springs,
+    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Rigid, SelfContact, Shape, Sleeping, Springs,
     TearMode, TearRate, Tearing, Toughness,
 };
 use rhexis::math::{Sym2, elementary};
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
-use rhexis::simulation::Simulation;
+use rhexis::simulation::{Simulation, Solid};
 use rhexis::storage::{Attached, BodyId, ObstacleId, Triangles};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -40,11 +40,15 @@ pub(super) struct Actor {
 /// Distance of a body's layers over the root of a triangle's area, where it touches itself.
 const RADIUS: f64 = 0.2;
 
-/// The scene that the dice say, in which tips may glide and bodies touch themselves.
+/// The scene that the dice say, in which tips may glide, bodies touch themselves, and obstacles be pushed.
 ///
 /// # Errors
 /// What the engine refuses of it, which it should not.
-pub(super) fn scene(dice: &mut Dice, threads: usize, (glides, touches_itself): (bool, bool)) -> Result<Scene, String> {
+pub(super) fn scene(
+    dice: &mut Dice,
+    threads: usize,
+    (glides, touches_itself, pushes): (bool, bool, bool),
+) -> Result<Scene, String> {
     let is_free = dice.chance(0.35);
     let settings = settings(dice, threads);
     let mut simulation = Simulation::new(settings).map_err(|error| error.to_string())?;
@@ -76,7 +80,16 @@ pub(super) fn scene(dice: &mut Dice, threads: usize, (glides, touches_itself): (
     let mut obstacles = Vec::new();
     for _ in 0..if is_free { 0 } else { dice.below(3) } {
         let shape = shape(dice, size);
-        obstacles.push(simulation.spawn_obstacle(Obstacle { shape }).map_err(|error| error.to_string())?);
+        let solid = match Rigid::of(&shape, if pushes { size * size * dice.decades(-7.0, 0.0) } else { 0.0 }) {
+            Some(rigid) if pushes && dice.chance(0.7) => {
+                let velocity = dice.point() * size * dice.decades(-5.0, -1.0);
+                let acceleration = dice.point() * dice.decades(-4.0, -1.0);
+                let spin = dice.point() * dice.decades(-4.0, -1.0);
+                Solid::new(shape).rigid(Rigid { velocity, spin, acceleration, ..rigid })
+            }
+            _ => Solid::new(shape),
+        };
+        obstacles.push(simulation.spawn_obstacle(solid).map_err(|error| error.to_string())?);
     }
     // The invariant leaves out the energy of layers nearer than their radius.
     let is_free = is_free && !touches_itself;

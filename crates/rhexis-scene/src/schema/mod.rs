@@ -353,10 +353,18 @@ pub struct ObstacleSpec {
     pub path: Option<TimePath>,
     /// `rotate = [[time, [x, y, z]], …]`: by how much it is turned, before it is displaced: along the axis, as long as the angle \[°\].
     pub rotate: Option<TimePath>,
-    /// Constant turn from time zero on \[°/ms\]: along the axis, as long as the rate. In place of `rotate`.
+    /// Constant turn from time zero on \[°/ms\]: along the axis, as long as the rate. In place of `rotate`. With `mass` the angular velocity at
+    /// time zero.
     pub spin: Option<Point>,
     /// The point about which it turns \[mm\]. Default its middle.
     pub pivot: Option<Point>,
+    /// Mass \[g\], > 0: a rigid body that tissue pushes, of the same density throughout. Not with `path`, `rotate` and `pivot`, and not of a plane. Default: it
+    /// yields to nothing.
+    pub mass: Option<f64>,
+    /// Velocity of such a body at time zero \[mm/ms\]. Default 0.
+    pub velocity: Option<Point>,
+    /// Acceleration of such a body by its weight \[mm/ms²\]. Default 0.
+    pub gravity: Option<Point>,
 }
 
 /// A cylinder, with round or flat ends.
