@@ -1,9 +1,12 @@
 //! Components and settings as TOML: what is there, with what a table changes of it.
 
 use crate::{nearest, renamed};
-use rhexis::components::{Obstacle, Rigid};
-use rhexis::simulation::Simulation;
-use rhexis::storage::ObstacleId;
+#[cfg(feature = "snapshot")]
+use rhexis::{
+    components::{Obstacle, Rigid},
+    simulation::Simulation,
+    storage::ObstacleId,
+};
 use serde::{Serialize, de::DeserializeOwned};
 use toml::{Table, Value};
 
@@ -39,6 +42,7 @@ pub fn patched<T: Serialize + DeserializeOwned>(what: &str, base: Option<&T>, mu
 ///
 /// # Errors
 /// For no such obstacle, a key or a value that is none of a rigid body's, and a new one without a mass or of a plane.
+#[cfg(feature = "snapshot")]
 pub fn patched_rigid(simulation: &Simulation, obstacle: ObstacleId, patch: Table) -> Result<Option<Rigid>, String> {
     if patch.is_empty() {
         return Ok(None);
