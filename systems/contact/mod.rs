@@ -12,6 +12,7 @@ pub mod layers;
 pub mod rigid;
 mod side;
 mod sweeps;
+mod travel;
 
 use crate::components::{
     Contact, ExternalStiffness, Forces, Grips, Increment, Obstacle, ObstacleMotion, ObstaclePath, Planar, Push,
@@ -19,11 +20,10 @@ use crate::components::{
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::solver::reactions;
 use crate::systems::{StepContext, parallel};
 use glam::{DMat3, DVec3};
 use hecs::{Entity, World};
-use smallvec::SmallVec;
+use travel::{Moved, Obstacles, Travel, obstacles};
 
 /// Default penalty stiffness of a contact, over that of the membrane at the vertex. A vertex at rest is then less than a hundredth
 /// of an edge inside at strains of 30 %, and with a curved obstacle long before.
@@ -43,64 +43,6 @@ const BEARABLE: f64 = 0.1;
 
 /// Vertices that are judged side by side before those in touch are listed in order: enough for all threads, and little memory.
 const WINDOW: usize = 4096;
-
-/// An obstacle at the end of the step, and how it has come there.
-type Moved = (Obstacle, Travel);
-
-/// The rigid motion of an obstacle in a step.
-#[derive(Clone, Copy, Debug, Default)]
-struct Travel {
-    /// Displacement of its anchor \[mm\].
-    offset: DVec3,
-    /// Rotation of the obstacle, and the start position of its anchor \[mm\].
-    turn: Option<(DMat3, DVec3)>,
-    /// Whether tissue moves the obstacle, and whether several bodies have in this step.
-    is_rigid: bool,
-    is_shared: bool,
-}
-
-impl Travel {
-    /// Motion of an obstacle since the start of the step.
-    fn of(obstacle: &Obstacle, obstacle_motion: Option<&ObstacleMotion>) -> Self {
-        obstacle_motion.map_or(Self::default(), |obstacle_motion| {
-            let anchor = obstacle_motion.from.anchor();
-            Self {
-                offset: obstacle.shape.anchor() - anchor,
-                turn: obstacle_motion.turn.map(|turn| (turn, anchor)),
-                is_rigid: obstacle_motion.rigid.is_some(),
-                is_shared: obstacle_motion.under_way.as_ref().is_some_and(|under_way| under_way.deviations.len() > 1),
-            }
-        })
-    }
-
-    /// The way of a point against the obstacle that was at `start` and is at `x`.
-    fn slip(&self, start: DVec3, x: DVec3) -> DVec3 {
-        match self.turn {
-            None => x - start - self.offset,
-            Some(_) => x - self.carry(start),
-        }
-    }
-
-    /// Position at the end of the step of a point that goes with the obstacle.
-    fn carry(&self, start: DVec3) -> DVec3 {
-        match self.turn {
-            None => start + self.offset,
-            Some((turn, anchor)) => turn * (start - anchor) + anchor + self.offset,
-        }
-    }
-
-    /// A direction that goes with the obstacle.
-    fn turned(&self, u: DVec3) -> DVec3 {
-        self.turn.map_or(u, |(turn, _)| turn * u)
-    }
-
-    fn is_none(&self) -> bool {
-        self.offset == DVec3::ZERO && self.turn.is_none()
-    }
-}
-
-/// Obstacles in the order of their handles, whatever components they have beside.
-type Obstacles = SmallVec<[(Entity, Moved); 8]>;
 
 /// A plane that holds a vertex back.
 struct Held {
@@ -124,16 +66,6 @@ pub fn move_obstacles(world: &mut World, step: &StepContext) -> usize {
         obstacle.shape = motion.at(step.time);
     }
     count + rigid::begin(world, step)
-}
-
-fn obstacles(world: &mut World) -> Obstacles {
-    let travel = |(entity, obstacle, obstacle_motion): (Entity, &Obstacle, Option<&ObstacleMotion>)| {
-        (entity, (obstacle.clone(), Travel::of(obstacle, obstacle_motion)))
-    };
-    let found = world.query_mut::<(Entity, &Obstacle, Option<&ObstacleMotion>)>();
-    let mut obstacles: Obstacles = found.into_iter().map(travel).collect();
-    obstacles.sort_unstable_by_key(|(entity, _)| *entity);
-    obstacles
 }
 
 /// The plane that holds a vertex back that was at `start` and is at `x`.
@@ -178,13 +110,6 @@ fn stiffness(contact: &Contact, triangles: &Triangles, topology: &Topology, v: u
     )
 }
 
-/// Forces of obstacles at the answer of a solve, and the motion of rigid ones by them.
-pub fn forces(world: &mut World, step: &StepContext) -> usize {
-    let count = reactions::of_contacts(world, step);
-    rigid::follow(world, step);
-    count
-}
-
 /// Settles the motion of rigid obstacles, and where every vertex sticks, at the end of the step.
 pub fn settle(world: &mut World, step: &StepContext) -> usize {
     rigid::settle(world, step);
@@ -216,7 +141,8 @@ fn push(world: &mut World, step: &StepContext) -> usize {
         |((vertices, triangles, topology, increment, result, contact), (forces, external, scratch))| {
             let scratch = &mut *scratch.contact;
             let mut pushed_before: Vec<(u32, u32)> = Vec::new();
-            if result.newton_iterations > 0 {
+            // Rows of a pass before an advance are of another mesh.
+            if result.newton_iterations > 0 && !step.is_resumed {
                 let is_pushed = |touch: &&Touch| {
                     let is_rigid = obstacles
                         .get(touch.place as usize)
@@ -256,7 +182,6 @@ fn push(world: &mut World, step: &StepContext) -> usize {
                 if !left.is_empty() {
                     touched.extend(left);
                     touched[first_touch..].sort_unstable_by_key(|touch| touch.row);
-                    touched.dedup_by_key(|touch| (touch.place, touch.row));
                 }
                 parallel::for_rows(&mut touched[first_touch..], |_, touch| {
                     let Push { force, block, point, normal } = push(touch.row as usize).unwrap_or_default();

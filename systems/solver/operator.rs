@@ -193,12 +193,9 @@ impl Operator<'_> {
             self.apply_membrane(&self.frames.flat, u, memory, out);
         } else {
             self.apply_membrane(&self.frames.solid, u, memory, out);
-            if let Some(external) = self.external {
-                external.add_pairs(u, out);
-            }
         }
         if let Some(external) = self.external {
-            external.add_couplings(u, out);
+            external.coupled.add(u, out);
         }
         parallel::sum_rows(out, partials, |v, out| {
             let own = match self.external {
@@ -251,8 +248,7 @@ impl Operator<'_> {
             }
         }
         if let Some(external) = self.external {
-            external.add_pairs(u, out);
-            external.add_couplings(u, out);
+            external.coupled.add(u, out);
         }
         if let Some(folds) = self.folds
             && u.iter().any(|u| *u != DVec3::ZERO)
@@ -266,8 +262,8 @@ impl Operator<'_> {
         let corners = &self.triangles.corners;
         let is_exact = self.tangent == Tangent::Exact;
         let bending = self.folds.map(|folds| folds.product_at(v, corners, self.topology, u, is_exact));
-        let pairs = self.external.map_or(DVec3::ZERO, |external| external.pairs_at(v, u) + external.couplings_at(v, u));
-        let own = self.vertex_block(v) * u[v] + bending.unwrap_or_default() + pairs;
+        let coupled = self.external.map_or(DVec3::ZERO, |external| external.coupled.at(v, u));
+        let own = self.vertex_block(v) * u[v] + bending.unwrap_or_default() + coupled;
         self.topology.incident[v].iter().fold(own, |sum, &c| {
             let (t, corner) = (c as usize / 3, c as usize % 3);
             sum + self.triangle_product(t, self.triangles.corners[t].map(|v| u[v as usize]))[corner]

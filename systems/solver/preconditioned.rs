@@ -98,10 +98,7 @@ pub fn solve(
     if let Some((mixed, _)) = &mut available.mixed {
         mixed.forget_operator();
     }
-    if operator
-        .external
-        .is_some_and(|external| !(external.coupled.pairs.is_empty() && external.coupled.rigid.is_empty()))
-    {
+    if operator.external.is_some_and(|external| !external.coupled.is_empty()) {
         // A factor has only the diagonal of springs between layers, and no rigid obstacles: it is of another operator.
         available.factor = None;
     }

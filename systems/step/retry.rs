@@ -23,6 +23,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     running.step(world, &step, PHASES, &mut failed);
     if running.schedule.has_invalid_caller_data() {
         running.give_back(world, failed);
+        contact::rigid::end(world, time);
         return 0.0;
     }
     if failed.is_empty() {

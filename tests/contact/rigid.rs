@@ -1,4 +1,4 @@
-//! Rigid obstacles that tissue pushes back: forces at rest, momentum, turning, several bodies, and the same bits again.
+//! Rigid obstacles that tissue pushes back: forces at rest, momentum, turning, several bodies, and equal bits.
 
 use glam::{DMat3, DVec3};
 use rhexis::components::{Contact, Curve, Damping, Drag, Gravity, Hold, Material, PreStretch, Rigid, Shape, Sleeping};
@@ -64,19 +64,14 @@ fn put(simulation: &mut Simulation, (shape, rigid): (Shape, Rigid)) -> ObstacleI
     simulation.spawn_obstacle(Solid::new(shape).rigid(rigid)).unwrap()
 }
 
-/// Height of a flat box at rest on a drum that it rubs on \[mm\], and the impulse of its last half second over that of its weight.
-fn at_rest(ratio: f64, dt: f64) -> [f64; 2] {
+/// Height of a solid at rest on a drum that it rubs on \[mm\], and the impulse of its last half second over that of its weight.
+fn at_rest(shape: &Shape, ratio: f64, dt: f64) -> [f64; 2] {
     let mut simulation = Simulation::new(Settings::default()).unwrap();
     let drum = damped(drum("drum", 0.0)).with(Contact { friction: 0.5, ..Contact::default() });
     let drum = simulation.spawn(drum).unwrap();
     let weight = ratio * mass(&simulation, drum);
-    let shape = if ratio < 5.0 {
-        Shape::Box { centre: DVec3::Z * 2.1, half: DVec3::new(1.6, 1.3, 2.0), axes: DMat3::IDENTITY }
-    } else {
-        Shape::Sphere { centre: DVec3::Z * 2.1, radius: 2.0 }
-    };
-    let rigid = Rigid { acceleration: DVec3::NEG_Z * GRAVITY, ..Rigid::of(&shape, weight).unwrap() };
-    let box_ = put(&mut simulation, (shape, rigid));
+    let rigid = Rigid { acceleration: DVec3::NEG_Z * GRAVITY, ..Rigid::of(shape, weight).unwrap() };
+    let solid = put(&mut simulation, (shape.clone(), rigid));
     let (mut iterations, mut solves) = (0, 0);
     let mut borne = 0.0;
     while simulation.time() < 1500.0 {
@@ -85,10 +80,10 @@ fn at_rest(ratio: f64, dt: f64) -> [f64; 2] {
         iterations += report.bodies[0].iterations;
         solves += report.bodies[0].newton_iterations;
         if simulation.time() > 1000.0 {
-            borne += simulation.rigid(box_).unwrap().unwrap().impulse.z;
+            borne += simulation.rigid(solid).unwrap().unwrap().impulse.z;
         }
     }
-    let rigid = simulation.rigid(box_).unwrap().unwrap();
+    let rigid = simulation.rigid(solid).unwrap().unwrap();
     let (height, share) = (rigid.centre.z, borne / (500.0 * weight * GRAVITY));
     println!(
         "{ratio} at {dt} ms: {height} mm, {} mm/ms, {share:.6} of the weight, {iterations} iterations in {solves} solves",
@@ -97,18 +92,33 @@ fn at_rest(ratio: f64, dt: f64) -> [f64; 2] {
     [height, share]
 }
 
-#[test]
-fn a_box_rests_on_a_drum_at_any_mass_and_step() {
-    for ratio in [0.1, 1.0, 100.0] {
-        let [height, _] = at_rest(ratio, 5.0);
-        for dt in [2.0, 5.0, 10.0] {
-            let [other, force] = at_rest(ratio, dt);
-            assert!((force - 1.0).abs() < 1e-3, "{ratio} at {dt}: {force}");
-            // The stops of the solves leave 1e-4 of the thickness times 10.
-            let most = 1e-4_f64.max(0.01 * (2.0 - height));
-            assert!((other - height).abs() < most, "{ratio} at {dt}: {other} against {height}");
-        }
+const BOX: Shape =
+    Shape::Box { centre: DVec3::new(0.0, 0.0, 2.1), half: DVec3::new(1.6, 1.3, 2.0), axes: DMat3::IDENTITY };
+const BALL: Shape = Shape::Sphere { centre: DVec3::new(0.0, 0.0, 2.1), radius: 2.0 };
+
+fn rests(shape: &Shape, ratio: f64) {
+    let [height, _] = at_rest(shape, ratio, 5.0);
+    for dt in [2.0, 5.0, 10.0] {
+        let [other, force] = at_rest(shape, ratio, dt);
+        // The motion that is left after a second, by its momentum over the impulse of half a second.
+        assert!((force - 1.0).abs() < 1e-3, "{ratio} at {dt}: {force}");
+        // The facets under a box differ by its place: 1 % of the sinking; and a light box sinks by 6e-4 mm, beside which solves stop at 1e-4 mm.
+        let most = 1e-4_f64.max(0.01 * (2.0 - height));
+        assert!((other - height).abs() < most, "{ratio} at {dt}: {other} against {height}");
     }
+}
+
+#[test]
+fn a_solid_rests_on_a_drum_at_any_mass_and_step() {
+    rests(&BOX, 0.1);
+    rests(&BOX, 1.0);
+    rests(&BALL, 100.0);
+}
+
+#[test]
+#[ignore = "not right yet, it tips and is thrown through: cargo test --release --test contact heavy_box -- --ignored --nocapture"]
+fn a_heavy_box_rests_on_a_drum() {
+    rests(&BOX, 100.0);
 }
 
 /// Momentum goes from the ball to the sheet at every step but those in which the energy guard shortens the increment or has it repeated: no reported
@@ -223,7 +233,7 @@ fn a_ball_rests_on_a_drum_that_may_sleep() {
     assert!(simulation.rigid(ball).unwrap().unwrap().centre.z > lowest - 1e-6 && lowest > 1.0, "{lowest}");
 }
 
-/// A snapshot in the middle, a recording, and any number of threads lead to the same bits.
+/// A snapshot in the middle, a recording, and two threads lead to equal bits.
 #[test]
 fn a_ball_goes_the_same_way_again() {
     let made = |threads: usize| {

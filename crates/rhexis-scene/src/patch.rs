@@ -37,11 +37,11 @@ pub fn patched<T: Serialize + DeserializeOwned>(what: &str, base: Option<&T>, mu
     Ok(value)
 }
 
-/// Motion of a rigid obstacle with what is given changed: of the present one, or of the solid of its shape with the mass given; nothing
-/// given takes the mass away.
+/// Motion of a rigid obstacle with the keys of a table changed: of its present motion, or of the solid of its shape where the table has a mass. An
+/// empty table takes the mass away.
 ///
 /// # Errors
-/// For no such obstacle, a key or a value that is none of a rigid body's, and a new one without a mass or of a plane.
+/// For no such obstacle, an unknown key, a wrong value, and a new body without a mass or of a plane.
 #[cfg(feature = "snapshot")]
 pub fn patched_rigid(simulation: &Simulation, obstacle: ObstacleId, patch: Table) -> Result<Option<Rigid>, String> {
     if patch.is_empty() {

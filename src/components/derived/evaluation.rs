@@ -140,20 +140,26 @@ pub(crate) struct Coupled {
     pub rigid: Vec<RigidCoupling>,
 }
 
-impl ExternalStiffness {
-    /// Adds the forces \[N\] of the springs between layers for a displacement \[mm\].
-    pub(crate) fn add_pairs(&self, u: &[DVec3], out: &mut [DVec3]) {
-        for spring in &self.coupled.pairs {
+impl Coupled {
+    /// Whether no vertices are coupled.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.pairs.is_empty() && self.rigid.is_empty()
+    }
+
+    /// The coupling to an obstacle, by its place among all.
+    pub(crate) fn of_obstacle(&self, place: u32) -> Option<&RigidCoupling> {
+        self.rigid.iter().find(|coupling| coupling.place == place)
+    }
+
+    /// Adds the forces \[N\] of springs between layers and of rigid obstacles for a displacement \[mm\].
+    pub(crate) fn add(&self, u: &[DVec3], out: &mut [DVec3]) {
+        for spring in &self.pairs {
             let force = spring.force(u);
             for (&row, &weight) in spring.rows.iter().zip(&spring.weights) {
                 out[row as usize] += force * weight;
             }
         }
-    }
-
-    /// Adds the forces \[N\] of the couplings to rigid obstacles for a displacement \[mm\].
-    pub(crate) fn add_couplings(&self, u: &[DVec3], out: &mut [DVec3]) {
-        for coupling in &self.coupled.rigid {
+        for coupling in &self.rigid {
             let seen = coupling.seen(u);
             for (row, columns) in &coupling.rows {
                 out[*row as usize] -= RigidCoupling::back(columns, &seen);
@@ -161,10 +167,18 @@ impl ExternalStiffness {
         }
     }
 
-    /// Force \[N\] of the couplings at one vertex.
-    pub(crate) fn couplings_at(&self, v: usize, u: &[DVec3]) -> DVec3 {
+    /// Force \[N\] of both at one vertex.
+    pub(crate) fn at(&self, v: usize, u: &[DVec3]) -> DVec3 {
         let mut force = DVec3::ZERO;
-        for coupling in &self.coupled.rigid {
+        if self.pair_block.get(v).is_some_and(|block| *block != Sym3::ZERO) {
+            let ends = self
+                .pairs
+                .iter()
+                .flat_map(|spring| spring.rows.iter().zip(&spring.weights).map(move |end| (spring, end)));
+            let own = ends.filter(|(_, (row, _))| **row as usize == v);
+            force += own.map(|(spring, (_, weight))| spring.force(u) * *weight).sum::<DVec3>();
+        }
+        for coupling in &self.rigid {
             let mut own = coupling.rows.iter().filter(|(row, _)| *row as usize == v).peekable();
             if own.peek().is_some() {
                 let seen = coupling.seen(u);
@@ -174,27 +188,14 @@ impl ExternalStiffness {
         force
     }
 
-    /// Work \[mJ\] of the couplings along one displacement by their forces for another.
-    pub(crate) fn work_of_couplings(&self, by: impl Fn(usize) -> DVec3, along: &[DVec3]) -> f64 {
+    /// Work \[mJ\] of rigid obstacles along one displacement by their forces for another.
+    pub(crate) fn work_of_rigid(&self, by: impl Fn(usize) -> DVec3, along: &[DVec3]) -> f64 {
         let of_vertex = |coupling: &RigidCoupling, k: usize| {
             coupling.rows.iter().map(|(row, columns)| columns[k].dot(by(*row as usize))).sum::<f64>()
         };
         let of_one = |coupling: &RigidCoupling| {
             coupling.seen(along).iter().enumerate().map(|(k, seen)| of_vertex(coupling, k) * seen).sum::<f64>()
         };
-        self.coupled.rigid.iter().map(of_one).sum()
-    }
-
-    /// Force \[N\] of these springs at one vertex.
-    pub(crate) fn pairs_at(&self, v: usize, u: &[DVec3]) -> DVec3 {
-        if self.coupled.pair_block.get(v).is_none_or(|block| *block == Sym3::ZERO) {
-            return DVec3::ZERO;
-        }
-        let ends = self
-            .coupled
-            .pairs
-            .iter()
-            .flat_map(|spring| spring.rows.iter().zip(&spring.weights).map(move |end| (spring, end)));
-        ends.filter(|(_, (row, _))| **row as usize == v).map(|(spring, (_, weight))| spring.force(u) * *weight).sum()
+        self.rigid.iter().map(of_one).sum()
     }
 }

@@ -134,7 +134,7 @@ impl Carried<'_> {
         if let Some(external) = self.external {
             let blocks = external.block.iter().zip(u).zip(&audit.displacement);
             work_of_loads -= blocks.map(|((k, u), at)| (*k * (*u - *at)).dot(*u)).sum::<f64>();
-            work_of_loads += external.work_of_couplings(|v| u[v] - audit.displacement[v], u);
+            work_of_loads += external.coupled.work_of_rigid(|v| u[v] - audit.displacement[v], u);
         }
         let coefficient = self.drag.map_or(0.0, |d| d.coefficient) * step.inv_effective_dt();
         let area = |v: usize| self.topology.vertex_area(self.sheet.triangles, v as u32);

@@ -79,7 +79,7 @@ impl<P: Precondition> recurrence::Vectors for Single<'_, P> {
     fn next_direction(&mut self, beta: f64) {
         self.preconditioner.backward_sweep(beta as f32, self.vectors);
         let p = &mut self.vectors.p;
-        for (patch, answer) in self.matrix.patches().zip(&self.of_patches) {
+        for (patch, answer) in self.matrix.between.iter().flat_map(|between| between.patches()).zip(&self.of_patches) {
             patch.spread(answer, |row, motion| p[row] += motion.as_vec3().extend(0.0));
         }
     }
@@ -96,7 +96,7 @@ impl<P: Precondition> recurrence::Vectors for Single<'_, P> {
     fn advance(&mut self, alpha: f64) -> DVec2 {
         let mut sums = self.preconditioner.forward_sweep(alpha as f32, self.vectors);
         self.of_patches.clear();
-        for patch in self.matrix.patches() {
+        for patch in self.matrix.between.iter().flat_map(|between| between.patches()) {
             let (answer, part) = patch.answer(|row| self.vectors.xr[row][1].truncate().as_dvec3());
             self.of_patches.push(answer);
             sums.y += part;

@@ -1,5 +1,6 @@
 //! The operator in single precision: A = vertex blocks + Σ over triangles, as packs over blocks of triangles.
 
+use super::between::Between;
 use super::folding::BendingPacks;
 use super::order::Order;
 use super::partition::{EMPTY, Partition};
@@ -16,8 +17,8 @@ use crate::systems::kernels::membrane::ElementTangent;
 use crate::systems::kernels::pack::{LANES, Pack};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
-use crate::systems::solver::{Operator, patch::Patch};
-use glam::{DVec3, Mat4, Vec4};
+use crate::systems::solver::Operator;
+use glam::{Mat4, Vec4};
 use std::ops::Range;
 
 /// Corners of the edges of a triangle: of the row of their block, and of its column.
@@ -41,30 +42,7 @@ pub(super) struct Matrix {
     /// Bending, where there is any.
     folding: Option<Box<BendingPacks>>,
     /// Terms between vertices that no triangle joins, where there are any.
-    between: Option<Box<Between>>,
-}
-
-/// A row in touch with a rigid obstacle, and its columns.
-type CoupledRow = (u32, [Vec4; 6]);
-
-/// Terms between vertices that no triangle joins.
-#[derive(Debug, Default)]
-struct Between {
-    /// Springs between layers that touch.
-    pairs: Vec<RowPair>,
-    /// Their blocks on the diagonal, for preconditioners; empty without any.
-    pair_blocks: Vec<Block>,
-    /// Rigid obstacles: rows in touch with each and their columns, and the patch in touch, for preconditioners.
-    rigid: Vec<(Vec<CoupledRow>, Option<Patch>)>,
-}
-
-/// A spring between layers.
-#[derive(Clone, Copy, Debug)]
-struct RowPair {
-    rows: [u32; 4],
-    weights: Vec4,
-    normal: Vec4,
-    stiffness: f32,
+    pub between: Option<Box<Between>>,
 }
 
 impl Matrix {
@@ -83,7 +61,7 @@ impl Matrix {
             let v = vertex[row] as usize;
             (operator.vertex_block(v), free[v])
         });
-        self.assemble_between(operator, order, free);
+        Between::assemble(&mut self.between, operator, order, free);
         size(&mut self.segments, 2 * partition.vertex.len(), Vec4::ZERO);
         empty(&mut self.segment_start, partition.vertex_start.len());
         self.segment_start.extend(partition.vertex_start.iter().map(|start| 2 * start));
@@ -94,72 +72,6 @@ impl Matrix {
             }
             None => self.folding = None,
         }
-    }
-
-    fn assemble_between(&mut self, operator: &Operator, order: &Order, free: &FreeAxes) {
-        let coupled = operator.external.map(|external| &*external.coupled);
-        let Some(coupled) = coupled.filter(|coupled| !(coupled.pairs.is_empty() && coupled.rigid.is_empty())) else {
-            self.between = None;
-            return;
-        };
-        let Between { pairs, pair_blocks, rigid } = &mut **self.between.get_or_insert_default();
-        pairs.clear();
-        pair_blocks.clear();
-        rigid.clear();
-        pairs.extend(coupled.pairs.iter().map(|spring| RowPair {
-            rows: spring.rows.map(|v| order.row[v as usize]),
-            weights: Vec4::from_array(spring.weights.map(|weight| weight as f32)),
-            normal: spring.normal.as_vec3().extend(0.0),
-            stiffness: spring.stiffness as f32,
-        }));
-        if !pairs.is_empty() {
-            pair_blocks.extend(order.vertex.iter().map(|&v| {
-                let block = coupled.pair_block[v as usize].to_mat();
-                [block.x_axis, block.y_axis, block.z_axis].map(|column| column.as_vec3().extend(0.0))
-            }));
-        }
-        rigid.extend(coupled.rigid.iter().map(|coupling| {
-            let single = |column: DVec3| column.as_vec3().extend(0.0);
-            let rows = coupling.rows.iter().map(|(v, columns)| (order.row[*v as usize], columns.map(single))).collect();
-            let patch = Patch::of(coupling, operator, free);
-            (rows, patch.map(|patch| patch.renumbered(&order.row)))
-        }));
-    }
-
-    /// Patches of the rigid obstacles.
-    pub(super) fn patches(&self) -> impl Iterator<Item = &Patch> {
-        self.between.iter().flat_map(|between| &between.rigid).filter_map(|(_, patch)| patch.as_ref())
-    }
-
-    /// Adds the products of the couplings to rigid obstacles; returns their part of u·(A·u).
-    fn add_couplings(&self, u: &[Vec4], out: &mut [Vec4]) -> f64 {
-        let mut product = 0.0;
-        for (rows, _) in self.between.iter().flat_map(|between| &between.rigid) {
-            let mut seen = [0.0_f32; 6];
-            for (row, columns) in rows {
-                seen.iter_mut().zip(columns).for_each(|(seen, column)| *seen += column.dot(u[*row as usize]));
-            }
-            product -= seen.iter().map(|seen| f64::from(*seen) * f64::from(*seen)).sum::<f64>();
-            for (row, columns) in rows {
-                let force: Vec4 = columns.iter().zip(seen).map(|(column, seen)| *column * seen).sum();
-                out[*row as usize] -= force * self.vertex_blocks.free(*row as usize);
-            }
-        }
-        product
-    }
-
-    /// Adds the products of the springs between layers; returns their part of u·(A·u).
-    fn add_pairs(&self, u: &[Vec4], out: &mut [Vec4]) -> f64 {
-        let mut product = 0.0;
-        for pair in self.between.iter().flat_map(|between| &between.pairs) {
-            let way: f32 = (0..4).map(|i| pair.normal.dot(u[pair.rows[i] as usize]) * pair.weights[i]).sum();
-            let force = pair.stiffness * way;
-            product += f64::from(force) * f64::from(way);
-            for (i, &row) in pair.rows.iter().enumerate() {
-                out[row as usize] += pair.normal * (force * pair.weights[i]) * self.vertex_blocks.free(row as usize);
-            }
-        }
-        product
     }
 
     /// Calls `diagonal(row, block)` and `edge((pack, edge, lane), rows, block)` for the 3×3 or 2×2 blocks of the triangles of some of the
@@ -206,7 +118,7 @@ impl Matrix {
         out: &mut [Vec4],
         partials: &mut Vec<f64>,
     ) -> f64 {
-        let Self { packs, flat_packs, is_flat, vertex_blocks: own, segments, segment_start, folding, .. } = self;
+        let Self { packs, flat_packs, is_flat, vertex_blocks: own, segments, segment_start, folding, between } = self;
         if let Some(folding) = folding {
             folding.bend(u);
         }
@@ -216,11 +128,9 @@ impl Matrix {
             parallel::sum_chunks(out, partials, &Rows { own, blocks: &own.flat, segments, partition, u })
         } else {
             parallel::for_parts(segments, segment_start, &Blocks { packs, partition, u, folding });
-            let product =
-                parallel::sum_chunks(out, partials, &Rows { own, blocks: &own.solid, segments, partition, u });
-            product + self.add_pairs(u, out)
+            parallel::sum_chunks(out, partials, &Rows { own, blocks: &own.solid, segments, partition, u })
         };
-        product + self.add_couplings(u, out)
+        product + between.as_ref().map_or(0.0, |between| between.add(u, out, own))
     }
 }
 

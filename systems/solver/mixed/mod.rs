@@ -6,6 +6,7 @@
 //! that a step is usually solved to; a tighter one takes several.
 
 mod adjacency;
+mod between;
 mod cg;
 mod cycle;
 mod dissection;
@@ -71,7 +72,7 @@ pub struct MixedSolver {
     order: Box<Order>,
     partition: Box<Partition>,
     matrix: Box<Matrix>,
-    jacobi: Jacobi,
+    jacobi: Box<Jacobi>,
     incomplete: Box<Incomplete>,
     has_pattern: bool,
     /// Whether the pattern was asked for since the last edits.

@@ -58,7 +58,7 @@ impl MixedSolver {
         let limits = Limits::by_energy(energy / norm_sq, most);
         let Self { matrix, partition, vectors, jacobi, incomplete, multigrid, .. } = self;
         let Reached { iterations, .. } = match ready {
-            MixedPreconditioner::BlockJacobi => solve(matrix, partition, jacobi, vectors, &limits),
+            MixedPreconditioner::BlockJacobi => solve(matrix, partition, &mut **jacobi, vectors, &limits),
             MixedPreconditioner::IncompleteCholesky => solve(matrix, partition, &mut **incomplete, vectors, &limits),
             MixedPreconditioner::Multigrid => solve(matrix, partition, &mut **multigrid, vectors, &limits),
         }?;

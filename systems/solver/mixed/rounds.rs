@@ -226,7 +226,7 @@ impl MixedSolver {
     fn iterate(&mut self, kind: MixedPreconditioner, limits: &Limits) -> Result<Reached, CgError> {
         let Self { matrix, partition, vectors, .. } = self;
         match kind {
-            MixedPreconditioner::BlockJacobi => cg::solve(matrix, partition, &mut self.jacobi, vectors, limits),
+            MixedPreconditioner::BlockJacobi => cg::solve(matrix, partition, &mut *self.jacobi, vectors, limits),
             MixedPreconditioner::IncompleteCholesky => {
                 cg::solve(matrix, partition, &mut *self.incomplete, vectors, limits)
             }

@@ -89,7 +89,7 @@ fn a_box_and_a_cylinder_hold_a_sheet() {
     }
 }
 
-/// A ball with a mass lies on a held sheet, and its place is told; what makes no sense of one is refused.
+/// A ball with a mass lies on a held sheet, and its place is told; a velocity without a mass, a mass of zero, a mass beside a path and one of a plane are refused.
 #[test]
 fn a_ball_with_a_mass_lies_on_a_sheet() {
     let body = "contact = {}\ndamping = 1\n[[bodies.holds]]\nname = 'rim'\nregion = { boundary = true }\n";

@@ -358,7 +358,7 @@ pub struct ObstacleSpec {
     pub spin: Option<Point>,
     /// The point about which it turns \[mm\]. Default its middle.
     pub pivot: Option<Point>,
-    /// Mass \[g\], > 0: a rigid body that tissue pushes, of the same density throughout. Not with `path`, `rotate` and `pivot`, and not of a plane. Default: it
+    /// Mass \[g\], > 0: a homogeneous rigid body that tissue pushes. Not with `path`, `rotate` and `pivot`, and not of a plane. Default: the obstacle
     /// yields to nothing.
     pub mass: Option<f64>,
     /// Velocity of such a body at time zero \[mm/ms\]. Default 0.
