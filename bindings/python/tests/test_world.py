@@ -144,14 +144,15 @@ def test_a_rigid_ball_is_pushed_by_tissue(world: rhexis.World) -> None:
     assert world.rigid(ball) is None
     with refused("scene", "give `mass`"):
         world.set_rigid(ball, velocity=[0, 0, 1])
-    with refused("refused", "mass"):
+    with refused("invalid_input", "mass"):
         world.set_rigid(ball, mass=-1)
     world.set_rigid(ball, mass=0.5, acceleration=[0, 0, -9.81e-3])
     world.step(2.0, 40)
     rigid = world.rigid(ball)
     assert rigid is not None and rigid["mass"] == 0.5 and rigid["impulse"][2] > 0 and rigid["centre"][2] > 1
     world.set_rigid(ball, velocity=[0.1, 0, 0])
-    assert world.rigid(ball)["velocity"] == [0.1, 0, 0]
+    rigid = world.rigid(ball)
+    assert rigid is not None and rigid["velocity"] == [0.1, 0, 0]
     world.set_rigid(ball)
     assert world.rigid(ball) is None
 
