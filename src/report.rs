@@ -89,7 +89,7 @@ pub struct BodyReport {
     /// limited.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub hand_ahead: f64,
-    /// Pairs of parts of the body that repelled each other in the last solve, by its [contact with itself](crate::components::SelfContact).
+    /// Pairs of parts that repelled each other in the last solve, by the body's [contact with itself](crate::components::SelfContact) and with others.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub self_contacts: u32,
     /// Largest number of vertices held back in one pass of the step, undone attempts included, lest layers of the body pass through each other: no

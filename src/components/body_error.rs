@@ -52,6 +52,9 @@ pub enum BodyError {
     /// A neo-Hookean matrix with elastic constants of another law, in the triangle with this index.
     #[error("triangle {0}: a neo-Hookean matrix goes with the material that `Material::neo_hookean` gives")]
     NotNeoHookean(usize),
+    /// Contact with other bodies without the radius of the body's own layers.
+    #[error("Contact: between_bodies takes the radius of self_contact: give that too, or leave between_bodies out")]
+    BetweenBodiesWithoutRadius,
     /// Bending of a body that stays in its plane.
     #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
     BendingInPlane,

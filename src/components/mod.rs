@@ -35,7 +35,7 @@ pub use derived::evaluation::{ExternalStiffness, Forces};
 pub use derived::free_axes::{EachFree, FreeAxes};
 #[doc(hidden)]
 pub use derived::guide_constraints::GuideConstraints;
-pub(crate) use derived::layers::{Bounds, Candidate, Candidates, Layers, Pair, PairSpring, PairStart};
+pub(crate) use derived::layers::{BodyGroup, Bounds, Candidate, Candidates, Layers, Pair, PairSpring, PairStart};
 #[doc(hidden)]
 pub use derived::outputs::Outputs;
 pub(crate) use derived::outputs::OutputsMut;

@@ -89,7 +89,7 @@ impl TearCost {
 pub enum WokenBy {
     /// A hold, closed forceps or a load that moves on, forceps that close or open.
     Drive,
-    /// An obstacle that has come, gone or moved within its reach.
+    /// An obstacle that has come, gone or moved within its reach, or another body near it that is awake.
     Obstacle,
     /// A cut.
     Cut,

@@ -137,6 +137,7 @@ impl Simulation {
         let surroundings = Surroundings {
             course: Course { dt, duration },
             has_obstacles: self.world.query::<&Obstacle>().iter().next().is_some(),
+            touching: self.world.query::<&Contact>().iter().filter(|contact| contact.between_bodies).count(),
             has_tools: self.world.query::<&Forceps>().iter().next().is_some(),
         };
         let mut largest = 0.0_f64;
@@ -185,6 +186,8 @@ struct Course {
 struct Surroundings {
     course: Course,
     has_obstacles: bool,
+    /// Number of bodies that touch others.
+    touching: usize,
     has_tools: bool,
 }
 
@@ -316,6 +319,7 @@ impl<'a> Sheet<'a> {
             || springs.is_some_and(|springs| !springs.anchors.rows().is_empty())
             || grips.is_some_and(|grips| !grips.list.is_empty())
             || contact.is_some() && self.surroundings.has_obstacles
+            || contact.is_some_and(|contact| contact.between_bodies) && self.surroundings.touching > 1
             || self.surroundings.has_tools;
         let (gravity, _, points, edges) = self.parts.2;
         let is_thrown = vertices.velocity.iter().any(|velocity| *velocity != DVec3::ZERO);
@@ -325,7 +329,7 @@ impl<'a> Sheet<'a> {
         let then = if gravity.is_some() { "and it falls" } else { "and nothing moves it" };
         list.push((
             DoubtKind::NoHolds,
-            format!("nothing holds body `{name}`, {then}: give it a hold, a grip, springs or an obstacle with contact"),
+            format!("nothing holds body `{name}`, {then}: give it a hold, a grip, springs, an obstacle with contact or a body to rest on"),
         ));
     }
 

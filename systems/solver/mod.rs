@@ -6,6 +6,7 @@ mod cg;
 #[cfg_attr(not(feature = "direct"), path = "direct/unavailable.rs")]
 mod direct;
 mod estimate;
+pub mod group;
 mod guided;
 mod initial_guess;
 mod load_stiffness;

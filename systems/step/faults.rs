@@ -60,6 +60,13 @@ pub(super) fn roll_back_unsound(world: &mut World, failed: &mut Excluded) -> boo
     if unsound.is_empty() {
         return true;
     }
+    let mut unsound = unsound;
+    for group in contact::layers::lists(world) {
+        let Some((_, fault)) = unsound.iter().find(|(body, _)| group.contains(body)).copied() else { continue };
+        let others = group.into_iter().filter(|body| unsound.iter().all(|(other, _)| other != body));
+        let others: SmallVec<[Entity; 4]> = others.collect();
+        unsound.extend(others.into_iter().map(|body| (body, fault)));
+    }
     for (body, fault) in unsound {
         if let Ok(((vertices, increment, audit), solve, read)) = world.query_one_mut::<Started>(body) {
             let place = refused_at(fault, vertices, increment);

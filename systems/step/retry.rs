@@ -34,13 +34,22 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     let mut done = running.list();
     exclude_all(world, &mut done);
     let mut most = if done.is_empty() { 0.0 } else { dt };
-    for (body, result) in failed.drain(..) {
-        // As in `give_back`.
-        let _ = world.insert_one(body, result);
+    let groups = contact::layers::lists(world);
+    while !failed.is_empty() {
+        let group = groups.iter().find(|group| group.contains(&failed[0].0));
+        let first = failed[0].0;
+        let is_of_group = |body: Entity| body == first || group.is_some_and(|group| group.contains(&body));
+        let (together, others): (Excluded, Excluded) = failed.drain(..).partition(|(body, _)| is_of_group(*body));
+        failed.extend(others);
+        let bodies: SmallVec<[Entity; 4]> = together.iter().map(|(body, _)| *body).collect();
+        for (body, result) in together {
+            // As in `give_back`.
+            let _ = world.insert_one(body, result);
+        }
         let mut retried =
             Retried { world, settings, running, tries: 0, reserved: 0, is_fallback: false, is_spent: false };
         // A body that was step-limited in the last step is not retried in halves.
-        let gone = if step_limited.contains(&body) {
+        let gone = if bodies.iter().any(|body| step_limited.contains(body)) {
             retried.running.report.rolled_back += 1;
             retried.fallback(time, dt)
         } else {
@@ -48,8 +57,10 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
         };
         most = gone.max(most);
         let is_spent = retried.is_spent;
-        if let Ok(ledger) = world.query_one_mut::<&mut GuardLedger>(body) {
-            ledger.is_step_limited |= is_spent && gone == 0.0;
+        for body in bodies {
+            if let Ok(ledger) = world.query_one_mut::<&mut GuardLedger>(body) {
+                ledger.is_step_limited |= is_spent && gone == 0.0;
+            }
         }
         exclude_all(world, &mut done);
     }

@@ -7,12 +7,12 @@ use rhexis::settings::{LinearParams, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, BodyId, TriangleMesh, Triangles, Vertices};
 
-const GRAVITY: f64 = 9.81e-3;
+pub const GRAVITY: f64 = 9.81e-3;
 /// Rest distance \[mm\] within which the ribbon and the sheet do not touch.
 const BAND: f64 = 0.78;
 
 /// Adds a grid of triangles with alternating diagonals, placed by a function of its parameters \[mm\].
-fn grid(mesh: &mut TriangleMesh, [nx, ny]: [u32; 2], [lx, ly]: [f64; 2], place: impl Fn(f64, f64) -> DVec3) {
+pub fn grid(mesh: &mut TriangleMesh, [nx, ny]: [u32; 2], [lx, ly]: [f64; 2], place: impl Fn(f64, f64) -> DVec3) {
     let first = mesh.positions.len() as u32;
     let at = |i: u32, j: u32| first + j * (nx + 1) + i;
     for j in 0..=ny {
@@ -29,25 +29,25 @@ fn grid(mesh: &mut TriangleMesh, [nx, ny]: [u32; 2], [lx, ly]: [f64; 2], place: 
     }
 }
 
-fn empty() -> TriangleMesh {
+pub fn empty() -> TriangleMesh {
     TriangleMesh { positions: Vec::new(), triangles: Vec::new(), fibres: None }
 }
 
-fn tissue(young: f64, thickness: f64) -> Material {
+pub fn tissue(young: f64, thickness: f64) -> Material {
     Material { density: 1e-3, ..Material::isotropic(young, 0.3, thickness) }
 }
 
 /// Contact with itself at a distance; without a band where that is zero.
-fn touching(radius: f64, band: Option<f64>) -> Contact {
+pub fn touching(radius: f64, band: Option<f64>) -> Contact {
     Contact { self_contact: Some(SelfContact { radius, band }), ..Contact::default() }
 }
 
-fn hold(sheet: Membrane, name: &str, rows: impl Iterator<Item = u32>, way: DVec3, curve: Curve) -> Membrane {
+pub fn hold(sheet: Membrane, name: &str, rows: impl Iterator<Item = u32>, way: DVec3, curve: Curve) -> Membrane {
     let members = Attached::new(rows.map(|row| (row, way)));
     sheet.hold(Hold { name: name.into(), members, axes: [true; 3], curve })
 }
 
-fn with<T>(simulation: &Simulation, body: BodyId, look: impl Fn(&Vertices, &Triangles) -> T) -> T {
+pub fn with<T>(simulation: &Simulation, body: BodyId, look: impl Fn(&Vertices, &Triangles) -> T) -> T {
     let world = simulation.world();
     let (vertices, triangles) = (world.get::<&Vertices>(body.entity()), world.get::<&Triangles>(body.entity()));
     look(&vertices.unwrap(), &triangles.unwrap())

@@ -1,6 +1,7 @@
 //! What touches a body: obstacles, forceps and other tools.
 
 mod balance;
+mod bodies;
 mod contact;
 mod contact_passing;
 mod friction;

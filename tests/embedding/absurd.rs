@@ -171,7 +171,8 @@ fn absurd(kind: usize, s: &mut Simulation, actors: [hecs::Entity; 4], way: Way, 
         10 => put(s, body, way, StiffeningFibres { k1: d.number(), k2: d.number() }),
         11 => {
             let self_contact = d.some().map(|radius| SelfContact { radius, band: d.some() });
-            put(s, body, way, Contact { stiffness: d.some(), friction: d.number(), self_contact })
+            let between_bodies = self_contact.is_some() && d.below(2) == 0;
+            put(s, body, way, Contact { stiffness: d.some(), friction: d.number(), self_contact, between_bodies })
         }
         12 => put(s, body, way, Bending { stiffness: d.some() }),
         13 => {

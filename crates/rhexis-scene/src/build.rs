@@ -252,7 +252,12 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
             }
             None => None,
         };
-        membrane = membrane.with(Contact { stiffness, friction, self_contact });
+        let between_bodies = contact.between_bodies;
+        if between_bodies && self_contact.is_none() {
+            let what = "contact with other bodies takes the radius of `self_contact`";
+            return Err(Fault::new(at("contact.between_bodies"), what, "add `self_contact = { radius = … }`"));
+        }
+        membrane = membrane.with(Contact { stiffness, friction, self_contact, between_bodies });
     }
     if let Some(SleepSpec { strain, steps }) = spec.sleep {
         if steps == 0 {

@@ -34,7 +34,7 @@ pub(super) fn of(simulation: &Simulation, run: Run, allow: &[String]) -> Result<
 pub(super) fn not_felt(simulation: &Simulation, bodies: &[BodyId]) -> Vec<String> {
     let world = simulation.world();
     let has_obstacles = world.query::<&Obstacle>().iter().next().is_some();
-    let (mut of_obstacles, mut of_itself) = (Vec::new(), Vec::new());
+    let (mut of_obstacles, mut of_itself, mut of_others) = (Vec::new(), Vec::new(), Vec::new());
     for body in bodies {
         let mut query = world.query_one::<(&Body, Option<&Contact>, Option<&Planar>)>(body.entity());
         let Ok((body, contact, planar)) = query.get() else { continue };
@@ -43,6 +43,9 @@ pub(super) fn not_felt(simulation: &Simulation, bodies: &[BodyId]) -> Vec<String
         }
         if planar.is_none() && contact.is_none_or(|contact| contact.self_contact.is_none()) {
             of_itself.push(format!("`{}`", body.name));
+        }
+        if bodies.len() > 1 && contact.is_none_or(|contact| !contact.between_bodies) {
+            of_others.push(format!("`{}`", body.name));
         }
     }
     let mut list = Vec::new();
@@ -53,8 +56,9 @@ pub(super) fn not_felt(simulation: &Simulation, bodies: &[BodyId]) -> Vec<String
         let remedy = "`contact = { self_contact = { radius = … } }` keeps layers apart";
         list.push(format!("its own layers by {}: {remedy}", of_itself.join(", ")));
     }
-    if bodies.len() > 1 {
-        list.push("bodies by each other: pieces of one body with `self_contact` feel each other".into());
+    if !of_others.is_empty() {
+        let remedy = "`between_bodies = true` beside `self_contact` in the `contact` of both keeps them apart";
+        list.push(format!("other bodies by {}: {remedy}", of_others.join(", ")));
     }
     list
 }

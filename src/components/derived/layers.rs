@@ -1,7 +1,8 @@
-//! Contact of a body with itself, as found.
+//! Contact of a body with itself and with others, as found.
 
 use crate::math::Sym3;
 use glam::DVec3;
+use hecs::Entity;
 
 /// Two parts of a body that may touch: a vertex and a triangle, or two edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -98,6 +99,8 @@ pub(crate) struct Layers {
     pub found_of: Vec<[u32; 3]>,
     /// Reach and band of the last search \[mm\].
     pub found_within: [f64; 2],
+    /// Whether it paired parts of different bodies alone.
+    pub found_between: bool,
     /// Whether the pairs exceeded the limit of the search; the list is then empty.
     pub are_too_many: bool,
     /// Whether all of them were proved apart on these ways.
@@ -118,4 +121,20 @@ pub(crate) struct Layers {
     pub tests: usize,
     /// Pairs of triangles that had passed through each other at the start of the step, which are left alone.
     pub overlapping: u32,
+    /// Springs to other bodies in the last solve, and triangles of others that had been passed through.
+    pub touching_others: u32,
+    pub overlapping_others: u32,
+}
+
+/// Bodies that may touch each other in a step, kept by the first of them. *Derived.*
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BodyGroup {
+    /// The bodies, in the order of spawning.
+    pub bodies: Vec<Entity>,
+    /// Contact of their layers, with vertices and triangles numbered body after body.
+    pub layers: Layers,
+    /// Springs between bodies at the evaluation, with their forces \[N\]; rows are numbered likewise.
+    pub springs: Vec<(PairSpring, f64)>,
+    /// Number of the first vertex of every body.
+    pub first: Vec<u32>,
 }

@@ -1,6 +1,6 @@
 //! Working memory of a body's solves.
 
-use crate::components::{Frames, FreeAxes, GuideConstraints, Increment, Layers, Outputs, OutputsMut, Stops};
+use crate::components::{BodyGroup, Frames, FreeAxes, GuideConstraints, Increment, Layers, Outputs, OutputsMut, Stops};
 use crate::math::Sym3;
 use glam::{DVec2, DVec3};
 use hecs::Entity;
@@ -223,6 +223,12 @@ pub(crate) struct ContactScratch {
     pub friction_points_before: Vec<FrictionPoint>,
     /// Contact of the body with itself, where it has any.
     pub layers: Option<Box<Layers>>,
+    /// Whether other bodies are so near that they may touch it in this step.
+    pub has_neighbours: bool,
+    /// These bodies and it, where it is the first of them.
+    pub group: Option<Box<BodyGroup>>,
+    /// Relative residual of the next solve, where its answer is at hand: from one solve of bodies that touch.
+    pub solved_together: Option<f64>,
 }
 
 impl ContactScratch {

@@ -77,6 +77,9 @@ impl Check for Contact {
     fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
         self.stiffness.map_or(Ok(()), |stiffness| positive("Contact", "contact stiffness", stiffness))?;
         not_negative("Contact", "contact friction", self.friction)?;
+        if self.between_bodies && self.self_contact.is_none() {
+            return Err(BodyError::BetweenBodiesWithoutRadius);
+        }
         self.self_contact.map_or(Ok(()), |own| own.check(host))
     }
 }

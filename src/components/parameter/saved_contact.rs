@@ -12,6 +12,8 @@ struct Text {
     friction: f64,
     #[serde(default)]
     self_contact: Option<SelfContact>,
+    #[serde(default)]
+    between_bodies: bool,
 }
 
 /// The fields in the order of the bytes.
@@ -21,13 +23,15 @@ struct Bytes {
     friction: f64,
 }
 
-/// Stiffness, and the contact of the body with itself where there is one.
+/// Stiffness, and the contact of the body with itself, and with others, where there is one.
 #[derive(Serialize, Deserialize)]
 enum Stiffness {
     OfMembrane,
     Given(f64),
     OfMembraneAnd(SelfContact),
     GivenAnd(f64, SelfContact),
+    OfMembraneAndBodies(SelfContact),
+    GivenAndBodies(f64, SelfContact),
 }
 
 impl Serialize for Contact {
@@ -35,11 +39,13 @@ impl Serialize for Contact {
         if to.is_human_readable() {
             return Text::serialize(self, to);
         }
-        let stiffness = match (self.stiffness, self.self_contact) {
-            (None, None) => Stiffness::OfMembrane,
-            (Some(stiffness), None) => Stiffness::Given(stiffness),
-            (None, Some(own)) => Stiffness::OfMembraneAnd(own),
-            (Some(stiffness), Some(own)) => Stiffness::GivenAnd(stiffness, own),
+        let stiffness = match (self.stiffness, self.self_contact, self.between_bodies) {
+            (None, None, _) => Stiffness::OfMembrane,
+            (Some(stiffness), None, _) => Stiffness::Given(stiffness),
+            (None, Some(own), false) => Stiffness::OfMembraneAnd(own),
+            (Some(stiffness), Some(own), false) => Stiffness::GivenAnd(stiffness, own),
+            (None, Some(own), true) => Stiffness::OfMembraneAndBodies(own),
+            (Some(stiffness), Some(own), true) => Stiffness::GivenAndBodies(stiffness, own),
         };
         Bytes { stiffness, friction: self.friction }.serialize(to)
     }
@@ -51,12 +57,14 @@ impl<'de> Deserialize<'de> for Contact {
             return Text::deserialize(from);
         }
         let Bytes { stiffness, friction } = Bytes::deserialize(from)?;
-        let (stiffness, self_contact) = match stiffness {
-            Stiffness::OfMembrane => (None, None),
-            Stiffness::Given(stiffness) => (Some(stiffness), None),
-            Stiffness::OfMembraneAnd(own) => (None, Some(own)),
-            Stiffness::GivenAnd(stiffness, own) => (Some(stiffness), Some(own)),
+        let (stiffness, self_contact, between_bodies) = match stiffness {
+            Stiffness::OfMembrane => (None, None, false),
+            Stiffness::Given(stiffness) => (Some(stiffness), None, false),
+            Stiffness::OfMembraneAnd(own) => (None, Some(own), false),
+            Stiffness::GivenAnd(stiffness, own) => (Some(stiffness), Some(own), false),
+            Stiffness::OfMembraneAndBodies(own) => (None, Some(own), true),
+            Stiffness::GivenAndBodies(stiffness, own) => (Some(stiffness), Some(own), true),
         };
-        Ok(Self { stiffness, friction, self_contact })
+        Ok(Self { stiffness, friction, self_contact, between_bodies })
     }
 }

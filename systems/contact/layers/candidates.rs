@@ -101,8 +101,8 @@ fn may_touch(near: &[[bool; 3]; 3]) -> bool {
 impl Sweep<'_> {
     /// Whether the candidates are of this mesh, and all ways lie in their boxes.
     pub(super) fn may_serve(&self, candidates: &Candidates, of_vertex: &[Bounds]) -> bool {
-        candidates.corners == self.triangles.corners
-            && candidates.rest == self.vertices.rest_position
+        candidates.corners == self.corners
+            && candidates.rest == self.rest
             && candidates.band == self.band
             && !candidates.are_too_many
             && candidates.boxes.len() == of_vertex.len()
@@ -112,8 +112,7 @@ impl Sweep<'_> {
     /// Brings the candidates up to date with the mesh, for these ways and for as much motion again of vertices that have left their boxes; where they
     /// are too many, for these ways alone.
     pub(super) fn renew(&self, candidates: &mut Candidates, order: &mut Vec<u32>, of_vertex: &[Bounds]) {
-        let Self { vertices, triangles, .. } = self;
-        let (x, rest, corners) = (&vertices.position, &vertices.rest_position, &triangles.corners);
+        let Self { x, rest, corners, .. } = *self;
         let slack = DVec3::splat(SLACK * self.reach);
         let further = |v: usize| {
             let next = x[v] + (x[v] - self.start[v]);
@@ -136,8 +135,10 @@ impl Sweep<'_> {
             candidates.boxes[v] = further(v);
         }
         candidates.band = self.band;
-        candidates.corners.clone_from(corners);
-        candidates.rest.clone_from(rest);
+        candidates.corners.clear();
+        candidates.corners.extend_from_slice(corners);
+        candidates.rest.clear();
+        candidates.rest.extend_from_slice(rest);
         if NEW_PART * are_new.iter().filter(|is_new| **is_new).count() > corners.len() || order.is_empty() {
             *order = along_curve(x, corners);
             self.list_candidates(candidates, order, None);
@@ -180,7 +181,7 @@ impl Sweep<'_> {
 
     /// Corners of a triangle in the rest shape \[mm\].
     fn at_rest(&self, t: u32) -> [DVec3; 3] {
-        self.triangles.corners[t as usize].map(|v| self.vertices.rest_position[v as usize])
+        self.corners[t as usize].map(|v| self.rest[v as usize])
     }
 }
 
@@ -195,7 +196,7 @@ struct Tree<'a> {
 
 impl<'a> Tree<'a> {
     fn new(sweep: &'a Sweep<'a>, of_vertex: &[Bounds], order: &'a [u32]) -> Self {
-        let corners = |t: &u32| sweep.triangles.corners[*t as usize];
+        let corners = |t: &u32| sweep.corners[*t as usize];
         let boxes: Vec<Bounds> = order.iter().map(|t| Bounds::of_triangle(of_vertex, corners(t))).collect();
         let balls: Vec<Ball> = order.iter().map(|t| Ball::around(&sweep.at_rest(*t))).collect();
         let leaves: Vec<(Bounds, Ball)> = boxes.iter().copied().zip(balls.iter().copied()).collect();

@@ -6,17 +6,20 @@
 //! other pair has the same part of the surface's offset: the nearest point lies within the triangle or both edges, or on a rim. After the solve every
 //! pair is proved apart, or held back.
 
+mod bodies;
 mod candidates;
 mod closest;
 mod search;
 mod separate;
 
+pub use bodies::{find_groups, hold_bodies_apart, lists, penetrating, push_bodies_apart, select_together};
+pub(in crate::systems) use bodies::{give_back, take_groups};
 pub(super) use separate::asks;
 pub use separate::keep_apart;
 
 use crate::components::{
     Bending, Contact, ExternalStiffness, Forces, Frames, FreeAxes, Grips, Increment, Layers, Pair, PairSpring, Planar,
-    SelfContact, SolveResult, SolverScratch,
+    SolveResult, SolverScratch,
 };
 use crate::math::{Sym3, nearest_in_triangle};
 use crate::storage::{NONE, Topology, Triangles, Vertices};
@@ -24,7 +27,7 @@ use crate::systems::{StepContext, parallel, work};
 use closest::Nearest;
 use glam::DVec3;
 use hecs::World;
-use search::Sweep;
+use separate::Motion;
 
 /// Maximum stiffness of a pair, over that of the body there, which it has at the radius.
 const MOST_STIFFNESS: f64 = 30.0;
@@ -67,16 +70,24 @@ pub fn push_apart(world: &mut World, step: &StepContext) -> usize {
             let layers = &mut **memory.layers.get_or_insert_default();
             let (x, start) = (&mesh.0.position[..], &increment.start[..]);
             let held = HeldTogether::new(x.len(), free, grips);
-            sweep(mesh, start, own).find(layers);
+            Motion::of_body(mesh, start, own, &held).sweep(x, false).find(layers);
             layers.touching = 0;
             if result.newton_iterations == 0 {
                 layers.through.clear();
             }
             let inertia = if step.is_static { 0.0 } else { step.inertia() };
             let backing = Backing { mesh, frames, bending, inertia };
-            let of_through = layers.through.iter().map(|pair| backing.plane(pair, (start, own)));
+            let resistance = |v: u32, normal: DVec3| backing.at(v, normal);
+            let count = planes_at(&layers.through, x.len());
+            let shared = |v: u32, normal: DVec3| resistance(v, normal) / count[v as usize];
+            let of_through = layers.through.iter().map(|pair| plane(pair, [start, x], own.radius, &shared));
             let is_touching = |pair: &&Pair| !held.all(pair) && layers.through.binary_search(pair).is_err();
-            let of_others = layers.pairs.iter().filter(is_touching).map(|pair| backing.spring(pair, own.radius));
+            let share = |pair: &Pair, weights: &[f64; 4], distance: f64| {
+                let place = (pair.rows[0], x[pair.rows[0] as usize]);
+                share(pair, weights, (place, distance), mesh)
+            };
+            let of_others =
+                layers.pairs.iter().filter(is_touching).map(|pair| spring(pair, x, own.radius, (&share, &resistance)));
             for (spring, force) in of_through.chain(of_others).flatten() {
                 layers.touching += 1;
                 for (row, weight) in spring.rows.into_iter().zip(spring.weights) {
@@ -88,12 +99,6 @@ pub fn push_apart(world: &mut World, step: &StepContext) -> usize {
             layers.count_work(result, mesh.1.len());
         },
     )
-}
-
-/// The sweep of a body from the start of the step.
-fn sweep<'a>((vertices, triangles, topology): Mesh<'a>, start: &'a [DVec3], own: &SelfContact) -> Sweep<'a> {
-    let (reach, band) = (own.radius, own.band.unwrap_or(0.0));
-    Sweep { vertices, triangles, topology, start, reach, band }
 }
 
 impl Layers {
@@ -155,62 +160,84 @@ impl Backing<'_> {
         };
         topology.incident[v as usize].iter().map(of_triangle).sum::<f64>() + vertices.mass[v as usize] * self.inertia
     }
-
-    /// Stiffness \[N/mm\] against a spring between both parts of a pair.
-    fn of_pair(&self, rows: [u32; 4], weights: [f64; 4], normal: DVec3) -> f64 {
-        let softness =
-            |(row, weight): (u32, f64)| if weight == 0.0 { 0.0 } else { weight * weight / self.at(row, normal) };
-        1.0 / rows.into_iter().zip(weights).map(softness).sum::<f64>()
-    }
-
-    /// The spring of a pair within the radius, and its force \[N\].
-    fn spring(&self, pair: &Pair, radius: f64) -> Option<(PairSpring, f64)> {
-        let (Nearest { weights, way }, rows) = (pair.nearest(&self.mesh.0.position), pair.rows);
-        let distance = way.length();
-        if !(distance < radius && distance > 0.0) {
-            return None;
-        }
-        let share = share(pair, &weights, distance, self.mesh);
-        if share == 0.0 {
-            return None;
-        }
-        let normal = way / distance;
-        let of_body = self.of_pair(rows, weights, normal);
-        let (stiffness, ratio) = (share * of_body, (distance / radius).max(LEAST_DISTANCE));
-        let force = stiffness * (radius - distance) / (ratio * ratio);
-        let slope = stiffness * (1.0 + 2.0 * (1.0 - ratio) / ratio) / (ratio * ratio);
-        Some((PairSpring { rows, weights, normal, stiffness: slope.min(MOST_STIFFNESS * of_body) }, force))
-    }
-
-    /// The spring of a pair that a solve of the step has carried through each other: against the plane between its nearest points at the start.
-    fn plane(&self, pair: &Pair, (start, own): (&[DVec3], &SelfContact)) -> Option<(PairSpring, f64)> {
-        let (Nearest { weights, way }, rows) = (pair.nearest(start), pair.rows);
-        let distance = way.length();
-        let normal = way / distance;
-        let x = &self.mesh.0.position;
-        let now: f64 = (0..4).map(|i| normal.dot(x[rows[i] as usize]) * weights[i]).sum();
-        let missing = GOAL * own.radius.min(distance) - now;
-        if !(missing > 0.0) {
-            return None;
-        }
-        let stiffness = PLANE_STIFFNESS * self.of_pair(rows, weights, normal);
-        Some((PairSpring { rows, weights, normal, stiffness }, stiffness * missing))
-    }
 }
 
-/// The part of a pair that counts: no other has the same part of the offset of faces, edges and corners.
-fn share(pair: &Pair, weights: &[f64; 4], distance: f64, (vertices, triangles, topology): Mesh<'_>) -> f64 {
+/// Stiffness \[N/mm\] against a spring between both parts of a pair, by that of every vertex along the normal.
+fn against(pair: &Pair, weights: [f64; 4], normal: DVec3, resistance: &impl Fn(u32, DVec3) -> f64) -> f64 {
+    let softness =
+        |(row, weight): (u32, f64)| if weight == 0.0 { 0.0 } else { weight * weight / resistance(row, normal) };
+    1.0 / pair.rows.into_iter().zip(weights).map(softness).sum::<f64>()
+}
+
+/// The spring of a pair within the radius, and its force \[N\].
+fn spring(
+    pair: &Pair,
+    x: &[DVec3],
+    radius: f64,
+    (share, resistance): (&impl Fn(&Pair, &[f64; 4], f64) -> f64, &impl Fn(u32, DVec3) -> f64),
+) -> Option<(PairSpring, f64)> {
+    let Nearest { weights, way } = pair.nearest(x);
+    let distance = way.length();
+    if !(distance < radius && distance > 0.0) {
+        return None;
+    }
+    let share = share(pair, &weights, distance);
+    if share == 0.0 {
+        return None;
+    }
+    let normal = way / distance;
+    let of_body = against(pair, weights, normal, resistance);
+    let (stiffness, ratio) = (share * of_body, (distance / radius).max(LEAST_DISTANCE));
+    let force = stiffness * (radius - distance) / (ratio * ratio);
+    let slope = stiffness * (1.0 + 2.0 * (1.0 - ratio) / ratio) / (ratio * ratio);
+    Some((PairSpring { rows: pair.rows, weights, normal, stiffness: slope.min(MOST_STIFFNESS * of_body) }, force))
+}
+
+/// Number of planes at every vertex, which bear a part each: the more there are the softer is each, or the solve would not see layers move together.
+fn planes_at(through: &[Pair], count: usize) -> Vec<f64> {
+    let mut planes = vec![0.0; count];
+    through.iter().flat_map(|pair| pair.rows).for_each(|row| planes[row as usize] += 1.0);
+    planes
+}
+
+/// The spring of a pair that a solve of the step has carried through each other: against the plane between its nearest points at the start.
+fn plane(
+    pair: &Pair,
+    [start, x]: [&[DVec3]; 2],
+    radius: f64,
+    resistance: &impl Fn(u32, DVec3) -> f64,
+) -> Option<(PairSpring, f64)> {
+    let (Nearest { weights, way }, rows) = (pair.nearest(start), pair.rows);
+    let distance = way.length();
+    let normal = way / distance;
+    let now: f64 = (0..4).map(|i| normal.dot(x[rows[i] as usize]) * weights[i]).sum();
+    let missing = GOAL * radius.min(distance) - now;
+    if !(missing > 0.0) {
+        return None;
+    }
+    let stiffness = PLANE_STIFFNESS * against(pair, weights, normal, resistance);
+    Some((PairSpring { rows, weights, normal, stiffness }, stiffness * missing))
+}
+
+/// The part of a pair that counts: no other has the same part of the offset of faces, edges and corners. `place` is the vertex of the first part, as a row of
+/// the mesh that has the second, and its position.
+fn share(
+    pair: &Pair,
+    weights: &[f64; 4],
+    ((v, place), distance): ((u32, DVec3), f64),
+    (vertices, triangles, topology): Mesh<'_>,
+) -> f64 {
     if pair.are_edges {
         return if weights.iter().all(|weight| weight.abs() > ON_EDGE) { 1.0 } else { 0.0 };
     }
-    let (x, v) = (&vertices.position, pair.rows[0]);
+    let x = &vertices.position;
     let on_edge = [1, 2, 3].map(|i| -weights[i] <= ON_EDGE);
     let has_vertex = |t: u32| triangles.corners[t as usize].contains(&v);
     let is_nearer = |t: u32| {
         let corners = triangles.corners[t as usize].map(|v| x[v as usize]);
-        let [a, b, c] = nearest_in_triangle(corners, x[v as usize]);
+        let [a, b, c] = nearest_in_triangle(corners, place);
         let foot = corners[0] * a + corners[1] * b + corners[2] * c;
-        x[v as usize].distance(foot) < distance * (1.0 - 1e-7)
+        place.distance(foot) < distance * (1.0 - 1e-7)
     };
     match on_edge {
         [false, false, false] => 1.0,

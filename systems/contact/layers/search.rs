@@ -5,7 +5,7 @@
 
 use super::closest::crosses;
 use crate::components::{Bounds, Candidate, Layers, Pair, PairStart};
-use crate::storage::{NONE, Topology, Triangles, Vertices};
+use crate::storage::{NONE, Topology};
 use glam::DVec3;
 
 /// Maximum number of pairs, and of triangles that meet, per triangle, and in addition: crumpled tissue that moves by its own size in a step moves as one.
@@ -18,49 +18,92 @@ const TESTS_PER_START: usize = 20;
 /// Box tests of a search per triangle, beside those of triangles that meet.
 const TESTS_PER_TRIANGLE: usize = 25;
 
-/// A body as it moves from one state to another.
+/// A surface as it moves from one state to another.
 pub(super) struct Sweep<'a> {
-    pub vertices: &'a Vertices,
-    pub triangles: &'a Triangles,
-    pub topology: &'a Topology,
-    /// Positions at the start \[mm\]; those at the end are the vertices'.
+    /// Positions of the vertices at the end, at the start, and at rest \[mm\].
+    pub x: &'a [DVec3],
     pub start: &'a [DVec3],
+    pub rest: &'a [DVec3],
+    pub corners: &'a [[u32; 3]],
+    pub owners: Owners<'a>,
+    /// Body of every vertex, where parts of different bodies alone are paired.
+    pub between: Option<&'a [u32]>,
     /// Distance \[mm\] within which parts are paired.
     pub reach: f64,
     /// Rest distance \[mm\] within which they are not.
     pub band: f64,
 }
 
+/// Triangles that speak for the vertices and edges that they share with others.
+#[derive(Clone, Copy)]
+pub(super) enum Owners<'a> {
+    /// The first triangle of each, by the topology of a body.
+    Of(&'a Topology),
+    /// By triangle, a bit for each of its vertices and then edges.
+    Listed(&'a [u8]),
+}
+
+impl Owners<'_> {
+    /// Whether a triangle is the one that speaks for one of its vertices, the row `v`.
+    fn vertex(self, t: u32, (corner, v): (usize, u32)) -> bool {
+        match self {
+            Self::Of(topology) => topology.incident[v as usize].first().is_some_and(|first| first / 3 == t),
+            Self::Listed(bits) => bits[t as usize] >> corner & 1 == 1,
+        }
+    }
+
+    fn edge(self, t: u32, edge: usize) -> bool {
+        match self {
+            Self::Of(topology) => {
+                let other = topology.neighbours[t as usize][edge];
+                other == NONE || other > t
+            }
+            Self::Listed(bits) => bits[t as usize] >> (3 + edge) & 1 == 1,
+        }
+    }
+
+    /// The bits of a triangle of a body.
+    pub(super) fn bits(topology: &Topology, t: u32, corners: &[u32; 3]) -> u8 {
+        let own = Owners::Of(topology);
+        (0..3).fold(0, |bits, k| {
+            bits | u8::from(own.vertex(t, (k, corners[k]))) << k | u8::from(own.edge(t, k)) << (3 + k)
+        })
+    }
+}
+
 impl Sweep<'_> {
     /// Finds the pairs whose ways come within reach, and counts the pairs of triangles that cross at the start, which are left out. Pairs of
     /// the search before serve where that was of these ways, or of ways to here that were all proved apart: then there are more than are asked for.
     pub(super) fn find(&self, layers: &mut Layers) {
-        let Self { vertices, triangles, start, .. } = self;
-        let (x, corners) = (&vertices.position, &triangles.corners);
-        let within = [self.reach, self.band];
+        let Self { x, start, corners, .. } = *self;
+        let (within, between) = ([self.reach, self.band], self.between.is_some());
         // Counted by the sweep alone, not by the memory of the search, which a restored world does not have.
-        if *start == x {
-            layers.tests += TESTS_PER_TRIANGLE * triangles.len();
+        if start == x {
+            layers.tests += TESTS_PER_TRIANGLE * corners.len();
         }
-        let is_here = layers.found_to == *x && layers.found_of == *corners && layers.found_within == within;
-        if is_here && layers.found_from == *start {
+        let is_alike = layers.found_within == within && layers.found_between == between;
+        let is_here = is_alike && layers.found_to == x && layers.found_of == corners;
+        if is_here && layers.found_from == start {
             return;
         }
-        if is_here && *start == x && layers.are_apart && layers.overlapping == 0 {
-            layers.found_from.clone_from(x);
+        if is_here && start == x && layers.are_apart && layers.overlapping == 0 {
+            layers.found_from.clear();
+            layers.found_from.extend_from_slice(x);
             self.begin(layers);
             return;
         }
         layers.are_apart = false;
         layers.found_from.clear();
         layers.found_from.extend_from_slice(start);
-        layers.found_to.clone_from(x);
-        layers.found_of.clone_from(corners);
-        layers.found_within = within;
+        layers.found_to.clear();
+        layers.found_to.extend_from_slice(x);
+        layers.found_of.clear();
+        layers.found_of.extend_from_slice(corners);
+        (layers.found_within, layers.found_between) = (within, between);
         self.search(layers);
-        if *start != x {
+        if start != x {
             let of_starts = TESTS_PER_START * layers.pairs.len();
-            layers.tests += TESTS_PER_TRIANGLE * triangles.len() + layers.met + of_starts;
+            layers.tests += TESTS_PER_TRIANGLE * corners.len() + layers.met + of_starts;
         }
     }
 
@@ -76,7 +119,7 @@ impl Sweep<'_> {
     }
 
     fn search(&self, layers: &mut Layers) {
-        let corners = &self.triangles.corners;
+        let corners = self.corners;
         layers.pairs.clear();
         layers.starts.clear();
         (layers.overlapping, layers.met, layers.are_too_many) = (0, 0, false);
@@ -84,7 +127,7 @@ impl Sweep<'_> {
             return;
         }
         let inflated = DVec3::splat(0.5 * self.reach);
-        let ways = self.start.iter().zip(&self.vertices.position);
+        let ways = self.start.iter().zip(self.x);
         let of_vertex: Vec<Bounds> =
             ways.map(|(a, b)| Bounds { low: a.min(*b) - inflated, high: a.max(*b) + inflated }).collect();
         let Layers { candidates, order, .. } = layers;
@@ -97,7 +140,8 @@ impl Sweep<'_> {
         let candidates = std::mem::take(&mut layers.candidates);
         for Candidate { rows, near } in &candidates.list {
             let [t, u] = rows.map(|t| t as usize);
-            if !ways.of_triangle[t].meets(&ways.of_triangle[u]) {
+            let is_of_one = |bodies: &[u32]| bodies[corners[t][0] as usize] == bodies[corners[u][0] as usize];
+            if !ways.of_triangle[t].meets(&ways.of_triangle[u]) || self.between.is_some_and(is_of_one) {
                 continue;
             }
             layers.met += 1;
@@ -116,20 +160,9 @@ impl Sweep<'_> {
         self.begin(layers);
     }
 
-    /// Whether a triangle is the one that speaks for a vertex, or an edge.
-    fn owns_vertex(&self, t: u32, corner: usize) -> bool {
-        let v = self.triangles.corners[t as usize][corner];
-        self.topology.incident[v as usize].first().is_some_and(|first| first / 3 == t)
-    }
-
-    fn owns_edge(&self, t: u32, edge: usize) -> bool {
-        let other = self.topology.neighbours[t as usize][edge];
-        other == NONE || other > t
-    }
-
     /// Whether two triangles cross at the start.
     fn cross(&self, [t, u]: [u32; 2]) -> bool {
-        let [c, d] = [t, u].map(|t| self.triangles.corners[t as usize].map(|v| self.start[v as usize]));
+        let [c, d] = [t, u].map(|t| self.corners[t as usize].map(|v| self.start[v as usize]));
         let edges = |[a, b, c]: [DVec3; 3]| [[a, b], [b, c], [c, a]];
         edges(c).iter().any(|edge| crosses(*edge, d)) || edges(d).iter().any(|edge| crosses(*edge, c))
     }
@@ -150,7 +183,7 @@ impl Ways<'_> {
             layers.overlapping += 1;
             return;
         }
-        let [c, d] = [t, u].map(|t| sweep.triangles.corners[t as usize]);
+        let [c, d] = [t, u].map(|t| sweep.corners[t as usize]);
         let is_in = |corner: u32, t: u32| of_vertex[corner as usize].meets(&of_triangle[t as usize]);
         let pair = |vertex: u32, [a, b, c]: [u32; 3], triangle: u32| Pair {
             are_edges: false,
@@ -158,24 +191,24 @@ impl Ways<'_> {
             triangle,
         };
         for k in 0..3 {
-            if near[k] == [false; 3] && sweep.owns_vertex(t, k) && is_in(c[k], u) {
+            if near[k] == [false; 3] && sweep.owners.vertex(t, (k, c[k])) && is_in(c[k], u) {
                 layers.pairs.push(pair(c[k], d, u));
             }
-            if !near.iter().any(|row| row[k]) && sweep.owns_vertex(u, k) && is_in(d[k], t) {
+            if !near.iter().any(|row| row[k]) && sweep.owners.vertex(u, (k, d[k])) && is_in(d[k], t) {
                 layers.pairs.push(pair(d[k], c, t));
             }
         }
         for i in 0..3 {
             let i_next = (i + 1) % 3;
             let is_near = [0, 1, 2].map(|j| near[i][j] || near[i_next][j]);
-            if is_near == [true; 3] || !sweep.owns_edge(t, i) {
+            if is_near == [true; 3] || !sweep.owners.edge(t, i) {
                 continue;
             }
             let of_first = of_vertex[c[i] as usize].join(of_vertex[c[i_next] as usize]);
             for j in 0..3 {
                 let j_next = (j + 1) % 3;
                 let meets = || of_first.meets(&of_vertex[d[j] as usize].join(of_vertex[d[j_next] as usize]));
-                if !is_near[j] && !is_near[j_next] && sweep.owns_edge(u, j) && meets() {
+                if !is_near[j] && !is_near[j_next] && sweep.owners.edge(u, j) && meets() {
                     let rows = [c[i], c[i_next], d[j], d[j_next]];
                     layers.pairs.push(Pair { are_edges: true, rows, triangle: u });
                 }

@@ -121,7 +121,9 @@ fn solve_body(
     if step.is_static && result.newton_iterations > 1 {
         increment.delta.fill(DVec3::ZERO);
     }
-    if step.is_fallback || !step.is_static && !step.has(Part::InitialGuess) {
+    if scratch.contact.solved_together.is_none()
+        && (step.is_fallback || !step.is_static && !step.has(Part::InitialGuess))
+    {
         // From a zero guess the residual of conjugate gradients does no work along the answer (Galerkin orthogonality).
         let SolverScratch { free, .. } = &*scratch;
         parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);
@@ -164,7 +166,7 @@ fn solve_body(
         &mut rotated,
     ) {
         Ok(info) => {
-            if uses_position_tolerance {
+            if uses_position_tolerance && scratch.contact.solved_together.is_none() {
                 scale_to_no_work(&operator, &mut memory, increment, scratch);
             }
             if is_linear_step {
@@ -179,7 +181,7 @@ fn solve_body(
     result.fallback_factors += factor.take_fallbacks();
     result.work = result.work.saturating_add(factor.take_work());
     // Solves of other systems in this scratch ask for their residual alone.
-    scratch.near = 0.0;
+    (scratch.near, scratch.contact.solved_together) = (0.0, None);
     if step.newton_iterations == 1 {
         let used = rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: result.tangent, ..operator });
         reactions::of_linear_step(&used, forces, increment, step, (holds, reactions, grips));
@@ -313,6 +315,10 @@ fn solve_or_fall_back(
     (fallen, scratch): (&mut SolveResult, &mut SolverScratch),
     rotated: &mut Option<Frames>,
 ) -> Result<CgInfo, CgError> {
+    if let Some(relative_residual) = scratch.contact.solved_together {
+        form_residual(&operator, memory, increment, scratch);
+        return Ok(CgInfo { relative_residual, is_solved: true, ..CgInfo::default() });
+    }
     let reserve = step.reserve();
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
         super::solve(operator, params, &mut available, memory, delta, scratch)
@@ -340,6 +346,19 @@ fn solve_or_fall_back(
     begin_anew(increment, scratch);
     let frames = rotated.insert(operator.rotated_frames(reserve, std::mem::take(&mut scratch.fallback.spare)));
     solve(&Operator { frames, pressure: 0.0, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
+}
+
+/// Turns the right-hand side into the residual of an answer that is at hand.
+fn form_residual(
+    operator: &Operator,
+    memory: &mut ProductMemory<'_>,
+    increment: &Increment,
+    scratch: &mut SolverScratch,
+) {
+    let SolverScratch { free, residual, product, partials, .. } = scratch;
+    product.resize(residual.len(), DVec3::ZERO);
+    operator.apply(&increment.delta, free, memory, product, partials);
+    parallel::for_rows(residual, |v, r| *r = (*r - product[v]) * free[v]);
 }
 
 /// Puts the right-hand side and the first guess back.

@@ -19,7 +19,7 @@ use rhexis::replay::Recording;
 use rhexis::simulation::Simulation;
 use rhexis::snapshot::{Snapshot, StateHash};
 use rhexis::storage::Triangles;
-use scene::Scene;
+use scene::{Scene, Traits};
 use serde::Serialize;
 use shorten::shorten;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -176,16 +176,19 @@ const TOUCHING: u64 = 20_000;
 /// Seeds from which on tissue pushes most obstacles.
 const PUSHING: u64 = 30_000;
 
+/// Seeds from which on bodies in space touch each other.
+const MEETING: u64 = 40_000;
+
 /// Runs a case on so many threads. A panic ends it.
 fn run_once(seed: u64, case: u64, threads: usize, is_recorded: bool) -> (Outcome, Option<StateHash>, bool) {
     let mut dice = Dice::new(seed, case);
     let glides = seed >= GLIDING && dice.aside().chance(0.7);
     let mut counts = Counts { cases: 1, slowest_case: case, ..Counts::default() };
     let mut scene = None;
+    let traits = Traits { glides, touches_itself: seed >= TOUCHING, pushes: seed >= PUSHING, meets: seed >= MEETING };
     let course = catch_unwind(AssertUnwindSafe(|| {
         let refused = |what| (FailureKind::Refused, what);
-        let scene = scene
-            .insert(scene::scene(&mut dice, threads, (glides, seed >= TOUCHING, seed >= PUSHING)).map_err(refused)?);
+        let scene = scene.insert(scene::scene(&mut dice, threads, traits).map_err(refused)?);
         if is_recorded {
             scene.simulation.record();
         }

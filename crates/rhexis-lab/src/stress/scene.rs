@@ -40,14 +40,27 @@ pub(super) struct Actor {
 /// Distance of a body's layers over the root of a triangle's area, where it touches itself.
 const RADIUS: f64 = 0.2;
 
-/// The scene that the dice say, in which tips may glide, bodies touch themselves, and obstacles be pushed.
+/// Traits that scenes have by their seeds.
+#[derive(Clone, Copy)]
+pub(super) struct Traits {
+    /// Tips may glide.
+    pub glides: bool,
+    /// Bodies in space touch themselves.
+    pub touches_itself: bool,
+    /// Tissue pushes most obstacles.
+    pub pushes: bool,
+    /// Bodies in space touch each other; more scenes have several.
+    pub meets: bool,
+}
+
+/// The scene that the dice say.
 ///
 /// # Errors
 /// What the engine refuses of it, which it should not.
 pub(super) fn scene(
     dice: &mut Dice,
     threads: usize,
-    (glides, touches_itself, pushes): (bool, bool, bool),
+    Traits { glides, touches_itself, pushes, meets }: Traits,
 ) -> Result<Scene, String> {
     let is_free = dice.chance(0.35);
     let settings = settings(dice, threads);
@@ -55,7 +68,7 @@ pub(super) fn scene(
     let mut bodies = Vec::new();
     let mut size: f64 = 0.0;
     for name in ["one", "two", "three"] {
-        if bodies.is_empty() || dice.chance(0.12) {
+        if bodies.is_empty() || dice.chance(if meets { 0.6 } else { 0.12 }) {
             let (membrane, is_planar, length) = membrane(name, dice, is_free, &settings);
             let entity = simulation.spawn(membrane).map_err(|error| error.to_string())?;
             if glides
@@ -70,7 +83,7 @@ pub(super) fn scene(
                     triangles.rest.iter().map(|rest| rest.area).sum::<f64>() / triangles.len() as f64
                 });
                 let self_contact = Some(SelfContact::new(RADIUS * mean_area.sqrt()));
-                let contact = Contact { self_contact, ..contact.unwrap_or_default() };
+                let contact = Contact { self_contact, between_bodies: meets, ..contact.unwrap_or_default() };
                 simulation.set(entity, contact).map_err(|error| error.to_string())?;
             }
             bodies.push(Actor { entity, is_planar });

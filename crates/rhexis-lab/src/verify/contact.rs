@@ -230,7 +230,49 @@ pub(super) fn layers(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     for &(side, dt) in of(out, &[(36, 20.0), (40, 10.0), (40, 20.0), (48, 5.0)]) {
         drawn_through(&mut rows, side, dt)?;
     }
+    for (&(side, ratio), dt) in of(out, &[(9, 1.0), (7, 0.1), (12, 10.0)]).iter().flat_map(|of| [(of, 5.0), (of, 16.0)])
+    {
+        collided(&mut rows, (side, ratio), dt)?;
+    }
     rows.finish()
+}
+
+/// A sheet thrown at another that floats, two bodies: an impact in one step is inelastic, and momentum is kept.
+fn collided(rows: &mut Rows, (side, ratio): (usize, f64), dt: f64) -> Result<(), VerifyError> {
+    let speed = DVec3::new(0.01, 0.0, -0.05);
+    let sheet = |name: &str, size: f64, cells: usize, at: DVec3, density: f64| -> Result<Membrane, VerifyError> {
+        let mut mesh = empty();
+        add(&mut mesh, &generate::grid(size, size, cells, cells)?, |p| p + at);
+        let material = Material { density, ..tissue() };
+        let contact = Contact { between_bodies: true, ..itself(0.05, 0.0) };
+        Ok(Membrane::new(name, mesh, material).with(Bending::default()).with(contact))
+    };
+    let mut simulation = Simulation::new(bare())?;
+    let lower = simulation.spawn(sheet("lower", 10.0, 12, DVec3::ZERO, 1e-3)?)?;
+    let upper = simulation.spawn(sheet("upper", 8.0, side, DVec3::new(1.13, 0.87, 0.9), 1e-3 * ratio)?)?;
+    if let Ok(mut vertices) = simulation.world_mut().get::<&mut Vertices>(upper.entity()) {
+        vertices.velocity.fill(speed);
+    }
+    let momentum = |simulation: &Simulation, body: BodyId| -> (DVec3, f64) {
+        simulation.world().get::<&Vertices>(body.entity()).map_or((DVec3::NAN, f64::NAN), |vertices| {
+            let of = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| *v * *m).sum();
+            (of, vertices.mass.iter().sum())
+        })
+    };
+    let (before, mass) = momentum(&simulation, upper);
+    run_for(&mut simulation, dt, 400.0)?;
+    let [(of_lower, other), (of_upper, _)] = [lower, upper].map(|body| momentum(&simulation, body));
+    let on = format!("mass ratio {ratio}, {side} × {side} squares, dt {dt} ms");
+    let off = (of_lower + of_upper - before).length() / before.length();
+    rows.add(format!("two bodies collide: momentum lost, {on}"), off, 1e-3, "");
+    // Their edges do not leave at quite one speed.
+    rows.relative(
+        format!("momentum of the one that was hit, {on}"),
+        of_lower.z / before.z,
+        other / (mass + other),
+        0.03,
+    );
+    Ok(())
 }
 
 /// Two sheets on a held one: the hold bears all three, and each sheet lies above the one below.

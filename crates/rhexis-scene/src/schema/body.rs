@@ -234,6 +234,9 @@ pub struct ContactSpec {
     pub friction: f64,
     /// Contact of the body with itself. Default none.
     pub self_contact: Option<SelfContactSpec>,
+    /// Contact with other bodies that say so too, at the mean of the radii of `self_contact`, which it takes. Default no.
+    #[serde(default)]
+    pub between_bodies: bool,
 }
 
 /// `self_contact`.
