@@ -36,8 +36,8 @@ export interface Engine {
 
 /** Loads the engine, in a page, a worker or Node. */
 export function load(options?: {
-  /** Which module: by default the one that the browser can run. */
+  /** Module with SIMD or without: by default the one that runs here. */
   simd?: boolean;
-  /** Bytes or compiled module, where it is not to be fetched from beside this file. */
-  module?: BufferSource | WebAssembly.Module;
+  /** Bytes, address, answer or compiled form of that module, where it is not the file beside this one. */
+  module?: BufferSource | WebAssembly.Module | URL | string | Response | Promise<Response>;
 }): Promise<Engine>;

@@ -12,23 +12,25 @@ export function hasSimd() {
 
 /**
  * Loads the engine, in a page, a worker or Node.
- * `simd`: which module, by default the one that the browser can run. `module`: the bytes or the compiled module, where it is
- * not to be fetched.
+ * `simd`: the module to take, by default the one that runs here. `module`: its bytes, address or compiled form, where it is not the file beside this one.
  */
 export async function load({ simd = hasSimd(), module } = {}) {
   const flavour = simd ? "simd" : "plain";
   const glue = simd ? await import("./simd/rhexis_web.js") : await import("./plain/rhexis_web.js");
-  const source = module ?? (await wasm(new URL(`./${flavour}/rhexis_web_bg.wasm`, import.meta.url)));
+  const source = readable(module ?? (simd ? simdFile() : plainFile()));
   const { memory } = await glue.default({ module_or_path: source });
   const { World, Recipe, catalog, version, replay } = glue;
   return { World, Recipe, catalog, version, replay, world: (options) => world(glue, options), flavour, memory };
 }
 
-/** Node does not fetch files. */
-async function wasm(url) {
-  if (url.protocol !== "file:") return url;
-  const { readFile } = await import("node:fs/promises");
-  return readFile(url);
+// Bundlers find a file by an address in exactly this form, with its path as a literal.
+const simdFile = () => new URL("./simd/rhexis_web_bg.wasm", import.meta.url);
+const plainFile = () => new URL("./plain/rhexis_web_bg.wasm", import.meta.url);
+
+/** Node does not fetch files: their bytes. No import of its modules, which bundlers for browsers refuse. */
+function readable(source) {
+  if (!(source instanceof URL) || source.protocol !== "file:") return source;
+  return globalThis.process?.getBuiltinModule?.("node:fs").readFileSync(source) ?? source;
 }
 
 /** Builds a world from a scene and what goes with it. */

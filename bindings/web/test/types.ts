@@ -3,6 +3,8 @@
 import { load, hasSimd, type Measures, type World } from "../dist/index.js";
 
 const engine = await load({ simd: hasSimd() });
+await load({ simd: false, module: new URL("https://localhost/plain.wasm") });
+await load({ module: fetch("simd.wasm") });
 const world: World = engine.world({ scene: "fig2-tear", set: ["run.dt=5"], byHand: true, files: { "a.obj": new Uint8Array() } });
 const place: Float64Array | undefined = world.grip([13, 28, 60], [0, 0, -1]);
 if (place) world.moveGrip(place);
