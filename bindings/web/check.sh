@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Builds and tests the browser part: `check.sh [--bits | --page] [SCREENSHOTS]`. The bits in Node and natively, the types, the page in headless
-# Chromium; --bits leaves out the page, --page all but the page. By the module with SIMD, which is built soon; RHEXIS_BITS=all takes the plain
-# one too. RHEXIS_PROGRAM is the program that serves the page, which is built where it is not given.
+# Builds and tests the browser part: `check.sh [--bits | --page | --bundlers] [SCREENSHOTS]`. The bits in Node and natively, the types, the page in
+# headless Chromium; --bits leaves out the page, --page all but the page. By the module with SIMD, which is built soon; RHEXIS_BITS=all takes the
+# plain one too. --bundlers builds both modules, and runs the npm package in bundlers alone.
+# RHEXIS_PROGRAM is the program that serves the page, which is built where it is not given.
 set -euo pipefail
 cd "$(dirname "$0")"
 root=$(cd ../.. && pwd)
@@ -9,15 +10,16 @@ read -ra cargo <<<"${RHEXIS_CARGO:-cargo}"
 # Built soon rather than for speed; the bits are the same.
 export CARGO_PROFILE_RELEASE_DEBUG=false CARGO_PROFILE_RELEASE_LTO=off CARGO_INCREMENTAL=0
 
-bits=true page=true
+bits=true page=true bundlers=false
 case "${1:-}" in
     --bits) page=false ;;
     --page) bits=false ;;
+    --bundlers) bits=false page=false bundlers=true ;;
 esac
 if ! $bits || ! $page; then shift; fi
 
 # The target for WebAssembly and the npm packages are fetched by build.sh; the browser is where whoever runs this may install it.
-if $page && [ -z "${RHEXIS_CHROMIUM:-}" ] && ! command -v chromium chromium-browser google-chrome >/dev/null 2>&1; then
+if ($page || $bundlers) && [ -z "${RHEXIS_CHROMIUM:-}" ] && ! command -v chromium chromium-browser google-chrome >/dev/null 2>&1; then
     if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
         apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium
     else
@@ -32,7 +34,7 @@ took() {
     started=$SECONDS
 }
 
-if [ "${RHEXIS_BITS:-}" = all ]; then ./build.sh all; else ./build.sh simd; fi
+if $bundlers || [ "${RHEXIS_BITS:-}" = all ]; then ./build.sh all; else ./build.sh simd; fi
 took "module and page"
 # Not with the whole workspace, in which other packages ask for the engine's feature `direct`, whose factors give other bits; with the two packages
 # of the gate's tests without it, so that the engine is built for both once.
@@ -58,4 +60,8 @@ if $page; then
     export RHEXIS_REPLAY=$built/examples/replay_recording RHEXIS_PROGRAM=${RHEXIS_PROGRAM:-$built/rhexis}
     node test/browser.mjs "$@"
     took "the page"
+fi
+if $bundlers; then
+    node test/bundlers/run.mjs
+    took "bundlers"
 fi

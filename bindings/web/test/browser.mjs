@@ -4,23 +4,15 @@
 // With RHEXIS_CLOSE=FILE a scripted hand closes the capsulorhexis as well, in some minutes, and its recording is kept in FILE.
 
 import assert from "node:assert/strict";
-import { existsSync } from "node:fs";
-import { readFile, writeFile, mkdtemp, rm } from "node:fs/promises";
+import { readFile, writeFile } from "node:fs/promises";
 import { execFileSync, spawn } from "node:child_process";
 import { once } from "node:events";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { chromium } from "playwright-core";
+import { launch } from "./chromium.mjs";
 import { contrasts } from "./contrast.mjs";
 import { close } from "./rhexis.mjs";
 
-const executablePath = process.env.RHEXIS_CHROMIUM
-  ?? ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((path) => existsSync(path));
-if (!executablePath) {
-  console.error("Chromium is not there: install your system's package chromium, or give its path as RHEXIS_CHROMIUM");
-  process.exit(1);
-}
 const screenshots = process.argv[2];
 const plan = JSON.parse(await readFile(new URL("plan.json", import.meta.url)));
 
@@ -29,12 +21,7 @@ const server = spawn(process.env.RHEXIS_PROGRAM ?? program, ["view", "--port", "
 process.on("exit", () => server.kill());
 const [said] = await once(server.stdout, "data");
 const [address] = `${said}`.match(/http:\S+/);
-const profile = await mkdtemp(join(tmpdir(), "rhexis-browser-"));
-const args = [
-  "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
-  "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-];
-const context = await chromium.launchPersistentContext(profile, { executablePath, headless: true, args, viewport: { width: 1280, height: 800 } });
+const { context, profile, close: closeBrowser } = await launch({ width: 1280, height: 800 });
 const faults = [];
 
 async function open(query) {
@@ -276,6 +263,5 @@ for (const [name, check] of Object.entries(checks)) {
     console.error(`FAILED: ${name}\n${error.stack ?? error}\n${faults.splice(0).join("\n")}`);
   }
 }
-await context.close();
-await rm(profile, { recursive: true, force: true });
+await closeBrowser();
 process.exit(failed ? 1 : 0);

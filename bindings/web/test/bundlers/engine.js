@@ -1,0 +1,3 @@
+import { load } from "rhexis";
+
+export const open = load;
