@@ -14,7 +14,8 @@ gymnasium = pytest.importorskip("gymnasium")
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
 import rhexis.gym  # noqa: E402
-from rhexis.gym.env import SPEED  # noqa: E402
+from rhexis.gym.env import JAWS_COLOUR, SPEED  # noqa: E402
+from rhexis.gym.picture import BACK, FRONT, GROUND, draw, on_screen  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -101,6 +102,60 @@ def test_it_runs_beside_itself_in_processes() -> None:
     finally:
         envs.close()
         alone.close()
+
+
+def picture_of(env: rhexis.gym.Capsulorhexis) -> np.ndarray:
+    picture = env.render()
+    assert picture is not None and picture.shape == (480, 480, 3) and picture.dtype == np.uint8
+    return picture
+
+
+def test_pictures_show_the_tissue_and_its_tear() -> None:
+    env = gymnasium.make(rhexis.gym.ENV_ID, render_mode="rgb_array").unwrapped
+    assert env.metadata["render_fps"] == 10
+    check_env(env)
+    env.reset(seed=1)
+    start = picture_of(env)
+    np.testing.assert_array_equal(start, picture_of(env))
+
+    def share(picture: np.ndarray, colour: tuple[int, int, int]) -> float:
+        """Part of the picture whose colours are a shade of this one."""
+        shade = picture / np.maximum(np.linalg.norm(picture, axis=2, keepdims=True), 1.0)
+        return float((shade @ (np.array(colour) / np.linalg.norm(colour)) > 0.999).mean())
+
+    assert 0.4 < share(start, FRONT) < 0.7 and share(start, JAWS_COLOUR[False]) > 2e-4
+    env.reset(seed=1, options={"grasped": True})
+    grasped, torn = picture_of(env), env.world.course()["completion_deg"]
+    assert share(grasped, JAWS_COLOUR[True]) > 2e-4 > share(grasped, JAWS_COLOUR[False])
+    expert, hash_before = rhexis.gym.Expert(env), 0
+    for _ in range(30):
+        env.step(expert(None))
+        hash_before = env.world.hash()
+    assert env.world.course()["completion_deg"] > torn + 20.0
+    later = picture_of(env)
+    assert env.world.hash() == hash_before
+    # The flap is folded over: its back is seen, and the ground where it was.
+    assert share(later, BACK) > share(grasped, BACK) + 0.005
+    assert share(later, FRONT) < share(grasped, FRONT) - 0.005
+
+
+def test_the_nearest_surface_is_seen_whatever_the_order_of_triangles() -> None:
+    upper = np.array([[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float)
+    positions = np.vstack([upper, 3.0 * upper - [0, 0, 3]])
+    # The lower square shows its back.
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]], dtype=np.uint32)
+    picture = draw(positions, triangles, [], 64)
+    np.testing.assert_array_equal(picture, draw(positions, triangles[::-1], [], 64))
+    for place, colour in (([0, 0, 1], FRONT), ([2.5, 0, 0], BACK)):
+        column, row, _ = on_screen(np.array(place, dtype=float), 64).astype(int)
+        pixel = picture[row, column] / np.linalg.norm(picture[row, column])
+        assert pixel @ np.array(colour) / np.linalg.norm(colour) > 0.999
+    np.testing.assert_array_equal(picture[0, 0], GROUND)
+
+
+def test_without_a_render_mode_nothing_is_drawn(env: rhexis.gym.Capsulorhexis) -> None:
+    with pytest.warns(UserWarning, match="rgb_array"):
+        assert env.render() is None
 
 
 def test_it_refuses_what_it_cannot_draw() -> None:

@@ -11,6 +11,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from .._rhexis import Entity, Error, World
+from .picture import Ball, draw
 
 ENV_ID = "rhexis/Capsulorhexis-v0"
 FRAME = 100.0
@@ -34,6 +35,11 @@ SLIP = 0.05
 """Force [N] at which the tissue slips out of the jaws: five times that of experts."""
 DIAMETER = 5.25
 """Diameter of the opening that is aimed at [mm], as in the scene of the catalog."""
+PIXELS = 480
+"""Width and height of a picture [pixels]."""
+JAWS_COLOUR = {False: (176, 180, 186), True: (244, 190, 60)}
+"""Colour of the jaws in a picture, by whether they hold tissue."""
+TIP_COLOUR = (214, 36, 46)
 MOST = 20.0
 """Bound of the observation: beyond it a number is cut off, as the force of jaws that are torn away is."""
 
@@ -55,9 +61,12 @@ class Capsulorhexis(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     An episode ends when the tear has ended, or when a step has failed; it is cut off after 290 frames, 29 s.
 
     Options of `reset`: `"grasped": True` begins with the flap between the jaws, lifted by 0.5 mm.
+
+    Render mode `"rgb_array"`: `render` gives a picture of 480 by 480 pixels, seen from above and from -y. The back of the flap is blue, tips
+    are red, jaws grey or, with tissue between them, yellow.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": round(1000.0 / FRAME)}
 
     OBSERVATION: ClassVar[tuple[str, ...]] = (
         "radius of the jaws",
@@ -83,8 +92,8 @@ class Capsulorhexis(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
         `changes` are those of `World.from_scene`; `spread` is how far the jaws may begin beside their place [mm].
         """
-        if render_mode is not None:
-            raise ValueError(f"there is no render mode {render_mode!r}: draw with rhexis.to_pyvista")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(f"there is no render mode {render_mode!r}: take 'rgb_array', or draw with rhexis.to_pyvista")
         text = files("rhexis.gym").joinpath("capsule.toml").read_text(encoding="utf-8")
         # One thread: environments run beside each other, and the bits are the same for any number.
         world = World.from_scene(text, "capsule.toml", {"run.threads": 1, **(changes or {})})
@@ -96,7 +105,7 @@ class Capsulorhexis(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._steps = round(FRAME / world.scene["dt"])
         self._dt = FRAME / self._steps
         self._spread = spread
-        self.render_mode = None
+        self.render_mode = render_mode
         self.observation_space = spaces.Box(-MOST, MOST, (len(self.OBSERVATION),), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (4,), np.float32)
         self.jaws = PARKED.copy()
@@ -140,6 +149,15 @@ class Capsulorhexis(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             reward -= 1.0
         has_ended = course["outcome"] != "unfinished" or has_failed
         return self._observation(), reward, has_ended, self._frames >= MAX_FRAMES, self._info()
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """The picture of the state, (480, 480, 3); nothing without a render mode."""
+        if self.render_mode is None:
+            gymnasium.logger.warn('render() draws with gymnasium.make(..., render_mode="rgb_array")')
+            return None
+        tips = [Ball(place, 0.09, TIP_COLOUR) for place in self.world.tips()["positions"]]
+        jaws = Ball(self.jaws, 0.2, JAWS_COLOUR[self.is_closed()])
+        return draw(self.world.positions(copy=False), self.world.indices(copy=False), [*tips, jaws], PIXELS)
 
     def frame(self, at: _Array) -> tuple[_Array, _Array]:
         """Unit vectors outwards from the axis and counter-clockwise round it at a place; x and y on the axis."""
