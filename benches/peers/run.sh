@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the other engines, runs all on the scenes, prints run time against error and writes the table of it.
 # run.sh [--quick] [--dir DIR] [--out FILE]: installs and builds into DIR, target/peers by default; FILE is benches/results/peers.csv
-# by default, with --quick a file in DIR. Needs Python 3.11 or newer, Rust and a way to PyPI and crates.io.
+# by default, with --quick a file in DIR. RHEXIS=PATH names a built program. Needs Python 3.11 or newer, Rust and a way to PyPI and crates.io.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -16,7 +16,7 @@ while (($#)); do
             if [[ $1 == --dir ]]; then folder=$2; else out=$2; fi
             shift
             ;;
-        *) sed -n '2,4s/^# //p' "$0" >&2 && exit 2 ;;
+        *) sed -n '2,5s/^# //p' "$0" >&2 && exit 2 ;;
     esac
     shift
 done
@@ -43,7 +43,9 @@ for engine in mujoco newton; do
 done
 cargo build --quiet --release --locked --manifest-path "$here/rapier/Cargo.toml" --target-dir "$folder/rapier" 2>"$folder/rapier.log" ||
     miss rapier "cargo build failed"
-cargo build --quiet --release --locked --manifest-path "$root/Cargo.toml" --package rhexis-lab --example sheet --target-dir "$folder/rhexis"
+if [[ -z ${RHEXIS:-} ]]; then
+    cargo build --quiet --release --locked --manifest-path "$root/Cargo.toml" --package rhexis-cli --target-dir "$folder/rhexis"
+fi
 
-export RAPIER_PEER=$folder/rapier/release/rhexis-peer-rapier RHEXIS_PEER=$folder/rhexis/release/examples/sheet
+export RAPIER_PEER=$folder/rapier/release/rhexis-peer-rapier RHEXIS_PEER=${RHEXIS:-$folder/rhexis/release/rhexis}
 "$folder/venv/bin/python" "$here/measure.py" "${quick[@]}" "${missing[@]}" ${out:+--out "$out"}

@@ -193,9 +193,8 @@ class Sheet:
         """Force of the hand along its way [N], that the positions ask for."""
         return float(self.forces(state)[0].reshape(-1, self.dimension)[self.driven, self.axis].sum())
 
-    @cached_property
-    def reference(self) -> Floats:
-        """Static solutions (sample, vertex, axis), by Newton's method with direct solves."""
+    def static_solutions(self) -> Floats:
+        """Static solutions at the samples (sample, vertex, axis), by Newton's method with direct solves."""
         d = self.dimension
         held = np.concatenate([self.held, self.driven])
         free = np.setdiff1d(np.arange(d * len(self.points)), (d * held[:, None] + np.arange(d)).ravel())
@@ -217,12 +216,12 @@ class Sheet:
             states.append(state)
         return np.array(states)
 
-    def errors(self, positions: Floats) -> Errors:
-        """Errors of the positions (sample, vertex, axis) against the static solutions under the same hand."""
+    def errors(self, positions: Floats, reference: Floats) -> Errors:
+        """Errors of the positions at the samples against the static solutions there."""
         pulls = self.hand[self.samples - 1]
-        exact = np.array([self.force(state) for state in self.reference])
+        exact = np.array([self.force(state) for state in reference])
         reached = np.array([self.force(state) for state in positions])
-        distance = math.sqrt(float(((positions - self.reference) ** 2).sum(axis=2).mean()))
+        distance = math.sqrt(float(((positions - reference) ** 2).sum(axis=2).mean()))
         force = math.sqrt(float(((reached - exact) ** 2).mean()))
         return Errors(force / float(np.abs(exact).max()), distance / float(np.abs(pulls).max()))
 

@@ -9,10 +9,8 @@ from __future__ import annotations
 import base64
 import os
 import re
-import struct
 import subprocess
 import tempfile
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -83,3 +81,38 @@ def write(sheet: Sheet, setting: Setting, folder: Path) -> Path:
         text = text.replace("{'vertices': 0}", f"{{ vertices = {vertices.tolist()} }}", 1)
     scene.write_text(text)
     return scene
+
+
+def processor_time(words: list[str | Path]) -> float:
+    """Runs the program that `RHEXIS_PEER` names; the processor time that it took [s]."""
+    process = subprocess.Popen([os.environ["RHEXIS_PEER"], *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    message = process.stderr.read()
+    _, status, usage = os.wait4(process.pid, 0)
+    if status != 0:
+        raise RuntimeError(message.strip() or f"rhexis ended with status {status}")
+    return usage.ru_utime + usage.ru_stime
+
+
+def positions(frame: Path) -> Floats:
+    """Positions of a ParaView frame."""
+    found = re.search(r"<Points><DataArray[^>]*>([^<]*)</DataArray>", frame.read_text())
+    assert found is not None
+    # The block begins with its length.
+    return np.frombuffer(base64.b64decode(found[1])[8:], dtype="<f8").reshape(-1, 3)
+
+
+def run(sheet: Sheet, setting: Setting) -> Outcome:
+    """Runs the sheet for its times and once more for its states."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        command = ["run", write(sheet, setting, folder), "--quiet", "--out"]
+        whole = min(processor_time([*command, folder / "whole"]) for _ in range(2))
+        begun = min(processor_time([*command, folder / "begun", "--steps", str(sheet.first)]) for _ in range(2))
+        every = float(sheet.samples[1] - sheet.samples[0]) * sheet.dt
+        processor_time([*command, folder / "states", "--set", f"output.frames_every={every}"])
+        names = re.findall(r'timestep="([^"]*)"[^>]*file="([^"]*)"', (folder / "states" / "frames.pvd").read_text())
+        frames = {round(float(time) / sheet.dt): folder / "states" / file for time, file in names}
+        states = [positions(frames[step])[:, : sheet.dimension] for step in sheet.samples.tolist()]
+    steps = len(sheet.hand) - sheet.first
+    return Outcome(states, [(whole - begun) / steps] * steps)
