@@ -28,6 +28,8 @@ LEVELS = (0.1, 0.03, 0.01, 0.003, 0.001)
 """Errors of the force at which engines are compared."""
 SLOWEST = 100.0
 """An engine one of whose steps has taken longer is not run at its later settings on that mesh [ms]; a fifth of it with --quick."""
+MARK, END = "<!-- measured -->\n", "<!-- end -->"
+"""Around the tables in README.md."""
 ROUNDS = 3
 ROUNDS_END = 15.0
 """No further round of a run begins after this time [s]."""
@@ -147,6 +149,7 @@ def main() -> None:
     parser.add_argument("--one", type=json.loads, help=argparse.SUPPRESS)
     parser.add_argument("--quick", action="store_true", help="the smallest meshes, every third setting, one round")
     parser.add_argument("--out", type=Path, default=HERE.parent / "results" / "peers.csv")
+    parser.add_argument("--page", action="store_true", help="put the tables into README.md")
     parser.add_argument("--missing", action="append", default=[], metavar="ENGINE=REASON", help="an engine that is not there")
     arguments = parser.parse_args()
     if arguments.one:
@@ -161,9 +164,14 @@ def main() -> None:
         for row in rows:
             writer.writerow({name: f"{value:.4g}" if isinstance(value, float) else value for name, value in asdict(row).items()})
     head = ["scene", "triangles", "engine"]
-    print(f"\nEvery run, in processor time of one core:\n\n{table([*head, 'setting', 'ms per step', 'force', 'displacement'], [cell(row) for row in rows])}")
-    print(f"\nms per step at equal error of the force:\n\n{table([*head, *(f'{100 * level:g} %' for level in LEVELS)], equal_error(rows))}")
-    print(f"\nwritten: {arguments.out}")
+    levels = table([*head, *(f"{100 * level:g} %" for level in LEVELS)], equal_error(rows))
+    runs = table([*head, "setting", "ms per step", "force", "displacement"], [cell(row) for row in rows])
+    text = f"Milliseconds per step at equal error of the force, in brackets their ratio to those of Rhexis:\n\n{levels}\n\nEvery run:\n\n{runs}\n"
+    print(f"\n{text}\nwritten: {arguments.out}")
+    if arguments.page:
+        page = HERE / "README.md"
+        before, after = page.read_text().split(MARK, 1)
+        page.write_text(before + MARK + text + after[after.index(END) :])
 
 
 if __name__ == "__main__":

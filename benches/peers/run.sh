@@ -1,16 +1,19 @@
 #!/usr/bin/env bash
 # Installs the other engines, runs all on the scenes, prints run time against error and writes the table of it.
-# run.sh [--quick] [--dir DIR] [--out FILE]: installs and builds into DIR, target/peers by default; FILE is benches/results/peers.csv
-# by default, with --quick a file in DIR. RHEXIS=PATH names a built program. Needs Python 3.11 or newer, Rust and a way to PyPI and crates.io.
+# run.sh [--quick] [--page] [--dir DIR] [--out FILE]: installs and builds into DIR, target/peers by default; FILE is benches/results/peers.csv
+# by default, with --quick a file in DIR. --page puts the tables into README.md. RHEXIS=PATH names a built program.
+# Needs Python 3.11 or newer, Rust, PyPI and crates.io.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 folder=$root/target/peers
 out=
-quick=()
+options=()
+is_quick=
 while (($#)); do
     case $1 in
-        --quick) quick=(--quick) ;;
+        --quick) options+=(--quick) is_quick=1 ;;
+        --page) options+=(--page) ;;
         --dir | --out)
             [[ $# -ge 2 ]] || { echo "$1 wants a path" >&2 && exit 2; }
             if [[ $1 == --dir ]]; then folder=$2; else out=$2; fi
@@ -22,7 +25,7 @@ while (($#)); do
 done
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
-if [[ -z $out && ${#quick[@]} -gt 0 ]]; then out=$folder/quick.csv; fi
+if [[ -z $out && -n $is_quick ]]; then out=$folder/quick.csv; fi
 export PYTHONDONTWRITEBYTECODE=1 WARP_CACHE_PATH=$folder/warp
 
 echo "installing into $folder"
@@ -48,4 +51,4 @@ if [[ -z ${RHEXIS:-} ]]; then
 fi
 
 export RAPIER_PEER=$folder/rapier/release/rhexis-peer-rapier RHEXIS_PEER=${RHEXIS:-$folder/rhexis/release/rhexis}
-"$folder/venv/bin/python" "$here/measure.py" "${quick[@]}" "${missing[@]}" ${out:+--out "$out"}
+"$folder/venv/bin/python" "$here/measure.py" "${options[@]}" "${missing[@]}" ${out:+--out "$out"}
