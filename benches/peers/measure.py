@@ -82,7 +82,12 @@ def measure(scenes: list[Path], is_quick: bool, missing: dict[str, str]) -> list
         for scene in scenes:
             for cells in scene_cells(scene)[: 1 if is_quick else None]:
                 reference = Path(folder, "reference.npy")
-                np.save(reference, Sheet.read(scene, cells).static_solutions())
+                sheet = Sheet.read(scene, cells)
+                exact = sheet.static_solutions()
+                np.save(reference, exact)
+                if sheet.is_planar:
+                    linear = sheet.errors(sheet.linear_solutions(), exact).force
+                    print(f"{scene.stem}, {len(sheet.triangles)} triangles: linear elasticity is {100 * linear:.2g} % of the force off", flush=True)
                 for engine, settings in SETTINGS.items():
                     row = Row(scene.stem, 2 * cells[0] * cells[1], engine)
                     if engine in missing:

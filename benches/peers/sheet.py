@@ -193,11 +193,23 @@ class Sheet:
         """Force of the hand along its way [N], that the positions ask for."""
         return float(self.forces(state)[0].reshape(-1, self.dimension)[self.driven, self.axis].sum())
 
+    @cached_property
+    def free(self) -> Ints:
+        """Axes that nothing prescribes."""
+        d, fixed = self.dimension, np.concatenate([self.held, self.driven])
+        return np.setdiff1d(np.arange(d * len(self.points)), (d * fixed[:, None] + np.arange(d)).ravel()).astype(np.int32)
+
+    def linear_solutions(self) -> Floats:
+        """Static solutions of linear elasticity about the start, at the samples (sample, vertex, axis)."""
+        unit = np.zeros_like(self.start)
+        unit[self.driven, self.axis] = 1
+        tangent = self.forces(self.start)[1]
+        unit.reshape(-1)[self.free] = -splu(tangent[self.free][:, self.free].tocsc()).solve((tangent @ unit.ravel())[self.free])
+        return self.start + self.hand[self.samples - 1, None, None] * unit
+
     def static_solutions(self) -> Floats:
         """Static solutions at the samples (sample, vertex, axis), by Newton's method with direct solves."""
-        d = self.dimension
-        held = np.concatenate([self.held, self.driven])
-        free = np.setdiff1d(np.arange(d * len(self.points)), (d * held[:, None] + np.arange(d)).ravel())
+        free = self.free
         states, state, last = [], self.start, 0.0
         for pull in self.hand[self.samples - 1]:
             # From the last solution, scaled: exact where the sheet answers in proportion.
