@@ -70,7 +70,7 @@ def write(sheet: Sheet, setting: Setting, folder: Path) -> Path:
         poisson=material.poisson,
         thickness=material.thickness,
         density=material.density,
-        stretch=sheet.stretch,
+        stretch=sheet.stretch - 1,
         held={"vertices": 0},
         driven={"vertices": 0},
         offset=np.eye(3, dtype=int)[sheet.axis].tolist(),
