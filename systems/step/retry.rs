@@ -23,12 +23,12 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     running.step(world, &step, PHASES, &mut failed);
     if running.schedule.has_invalid_caller_data() {
         running.give_back(world, failed);
-        contact::rigid::end(world, time);
+        running.report.rolled_back += contact::rigid::end(world, time);
         return 0.0;
     }
     if failed.is_empty() {
         running.spare.push(failed);
-        contact::rigid::end(world, time + dt);
+        running.report.rolled_back += contact::rigid::end(world, time + dt);
         return dt;
     }
     let mut done = running.list();
@@ -68,7 +68,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     running.give_back(world, done);
     // Retried parts have moved the obstacles to other times.
     contact::move_obstacles(world, &StepContext::of_step(settings, dt, time + most));
-    contact::rigid::end(world, time + most);
+    running.report.rolled_back += contact::rigid::end(world, time + most);
     report_to_forceps(world);
     most
 }

@@ -280,9 +280,10 @@ pub fn push_bodies_apart(world: &mut World, step: &StepContext) -> usize {
         let inertia = if step.is_static { 0.0 } else { step.inertia() };
         let backings: Vec<Backing> = members
             .iter()
-            .map(|((vertices, triangles, topology, _), _, (frames, bending))| Backing {
+            .map(|((vertices, triangles, topology, _), (_, result, ..), (frames, bending))| Backing {
                 mesh: (vertices, triangles, topology),
-                frames,
+                // A body that stands has states of an earlier step, or none.
+                frames: Some(*frames).filter(|frames| is_in_step(result.as_deref()) && frames.len() == triangles.len()),
                 bending: *bending,
                 inertia,
             })

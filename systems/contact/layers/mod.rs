@@ -21,7 +21,7 @@ use crate::components::{
     Bending, Contact, ExternalStiffness, Forces, Frames, FreeAxes, Grips, Increment, Layers, Pair, PairSpring, Planar,
     SolveResult, SolverScratch,
 };
-use crate::math::{Sym3, nearest_in_triangle};
+use crate::math::{Sym2, Sym3, nearest_in_triangle};
 use crate::storage::{NONE, Topology, Triangles, Vertices};
 use crate::systems::{StepContext, parallel, work};
 use closest::Nearest;
@@ -76,7 +76,7 @@ pub fn push_apart(world: &mut World, step: &StepContext) -> usize {
                 layers.through.clear();
             }
             let inertia = if step.is_static { 0.0 } else { step.inertia() };
-            let backing = Backing { mesh, frames, bending, inertia };
+            let backing = Backing { mesh, frames: Some(frames), bending, inertia };
             let resistance = |v: u32, normal: DVec3| backing.at(v, normal);
             let count = planes_at(&layers.through, x.len());
             let shared = |v: u32, normal: DVec3| resistance(v, normal) / count[v as usize];
@@ -135,7 +135,8 @@ impl HeldTogether {
 /// The body's stiffness at its vertices.
 struct Backing<'a> {
     mesh: Mesh<'a>,
-    frames: &'a Frames,
+    /// State of the triangles, where it is one of this step.
+    frames: Option<&'a Frames>,
     bending: Option<&'a Bending>,
     /// 1/s² \[1/ms²\] of the step.
     inertia: f64,
@@ -150,8 +151,8 @@ impl Backing<'_> {
             let [a, b, c] = triangles.corners[t].map(|v| vertices.position[v as usize]);
             let cosine = normal.dot((b - a).cross(c - a).normalize_or_zero());
             let across = cosine * cosine;
-            let (law, thickness, stress) =
-                (&triangles.stiffness[t], triangles.thickness[t], self.frames.state(t).stress);
+            let (law, thickness) = (&triangles.stiffness[t], triangles.thickness[t]);
+            let stress = self.frames.map_or(Sym2::default(), |frames| frames.state(t).stress);
             let stiffest = law.q11.max(law.q22);
             let bent =
                 self.bending.map_or(0.0, |bending| bending.scale(law, thickness) * stiffest / triangles.rest[t].area);

@@ -160,11 +160,14 @@ pub(super) fn settle(world: &mut World, step: &StepContext) {
     }
 }
 
-/// Ends a step at a time \[ms\]: obstacles that no sound body has gone along with move freely.
-pub fn end(world: &mut World, time: f64) {
+/// Ends a step at a time \[ms\]: obstacles that no sound body has gone along with move freely, and one that would leave the range of coordinates stays at its
+/// start. Returns the number of those.
+pub fn end(world: &mut World, time: f64) -> u32 {
+    let mut refused = 0;
     for (obstacle, motion) in world.query_mut::<(&mut Obstacle, &mut ObstacleMotion)>() {
         let Some(under_way) = motion.under_way.take() else { continue };
         let RigidStep { first, first_time, settled, .. } = *under_way;
+        let begun = first.clone();
         // Of a step that was given up nothing stays.
         let is_gone = |(_, reached): &(RigidState, f64)| *reached <= time + SAME_TIME * (reached - first_time);
         let (state, reached) = settled.filter(is_gone).unwrap_or((first, first_time));
@@ -174,5 +177,12 @@ pub fn end(world: &mut World, time: f64) {
         if left > SAME_TIME * (time - first_time) {
             place(obstacle, motion, &state, free(&state, left), left);
         }
+        let is_sound = motion.rigid.is_some_and(|rigid| rigid.check("Rigid").is_ok());
+        if !(is_sound && obstacle.shape.check("Obstacle").is_ok()) {
+            refused += 1;
+            obstacle.shape = begun.shape.clone();
+            *motion = ObstacleMotion { rigid: Some(begun.rigid), ..ObstacleMotion::at(begun.shape) };
+        }
     }
+    refused
 }
