@@ -4,7 +4,7 @@ use glam::DVec3;
 use rhexis::components::{Contact, EnergyBalance, EnergyCriterion, Grips, Holds, TearLog};
 use rhexis::report::BodyReport;
 use rhexis::storage::Tips;
-use rhexis_scene::Instance;
+use rhexis_scene::{Instance, Probe, ProbeKind};
 use std::ops::Range;
 
 /// The state after a step. The bodies' figures are added up; a named force keeps its body's name.
@@ -50,6 +50,8 @@ pub(super) struct Observation {
     pub torques: Vec<(String, DVec3)>,
     /// Position \[mm\] and largest principal stress \[MPa\] of every probe.
     pub probes: Vec<(String, DVec3, f64)>,
+    /// Force across every section \[N\].
+    pub sections: Vec<(String, DVec3)>,
     /// Force of every obstacle on the bodies \[N\]; none where no body feels them.
     pub obstacles: Vec<(String, DVec3)>,
     /// Centre of mass \[mm\] and velocity \[mm/ms\] of every rigid obstacle.
@@ -118,10 +120,19 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         o.release = forces.iter().map(|force| force.along).fold(o.release, f64::max);
     }
     let simulation = &instance.simulation;
-    o.probes.extend(instance.probes.iter().filter_map(|(name, body, point)| {
-        let reading = simulation.reading(*body, *point)?;
-        Some((name.clone(), reading.position, reading.stress.principal_values().0))
-    }));
+    for Probe { name, body, kind } in &instance.probes {
+        match kind {
+            ProbeKind::Point(point) => o.probes.extend(simulation.reading(*body, *point).map(|reading| {
+                let stress = reading.stress.principal_values().0;
+                (name.clone(), reading.position, stress)
+            })),
+            ProbeKind::Section(section) => {
+                // The body is there, and the scene has judged the plane.
+                let force = simulation.section_force(*body, section).unwrap_or(DVec3::NAN);
+                o.sections.push((name.clone(), force));
+            }
+        }
+    }
     o.rigid = instance.rigid_obstacles();
     let world = instance.simulation.world();
     if instance.bodies.iter().any(|&body| world.satisfies::<&Contact>(body.entity())) {
@@ -163,6 +174,9 @@ impl Observation {
         for (name, ..) in &self.probes {
             header.extend(["x_mm", "y_mm", "z_mm", "stress_MPa"].map(|column| format!("{name}/{column}")));
         }
+        for (name, _) in &self.sections {
+            header.extend(["x", "y", "z"].map(|axis| format!("{name}/force_{axis}_N")));
+        }
         for (name, _) in &self.rigid {
             header.extend(["x", "y", "z"].map(|axis| format!("{name}_{axis}_mm")));
             header.extend(["x", "y", "z"].map(|axis| format!("{name}_velocity_{axis}_mm_per_ms")));
@@ -203,6 +217,9 @@ impl Observation {
         }
         for (_, position, stress) in &self.probes {
             row.extend(position.to_array().into_iter().chain([*stress]).map(|value| format!("{value:e}")));
+        }
+        for (_, force) in &self.sections {
+            row.extend(force.to_array().map(|f| format!("{f:e}")));
         }
         for (_, motion) in &self.rigid {
             row.extend(motion.iter().flat_map(DVec3::to_array).map(|value| format!("{value:e}")));

@@ -4,7 +4,8 @@ use super::build;
 use super::doctor::{self, MeshSummary};
 use super::document::Parsed;
 use super::error::{Fault, positive};
-use super::schema::{BodySpec, Mode, OutputSpec, ProbeSpec, RunSpec};
+use super::probes::{self, Probe};
+use super::schema::{BodySpec, Mode, OutputSpec, RunSpec};
 use super::seams::Seams;
 use super::size::Demand;
 use super::timed::{CutTold, Timed};
@@ -34,8 +35,8 @@ pub struct Instance {
     pub seams: Vec<Option<Arc<Seams>>>,
     /// What the mesh of each was like before it was cut.
     pub meshes: Vec<MeshSummary>,
-    /// Points of the tissue to be read: name, body and point of the rest shape \[mm\].
-    pub probes: Vec<(String, BodyId, DVec3)>,
+    /// Probes of the scene, read after every step.
+    pub probes: Vec<Probe>,
     /// Names of the obstacles, in the order of the file and of spawning.
     pub obstacles: Vec<String>,
     /// Likely slips of the scene, but for those that it allows.
@@ -153,7 +154,7 @@ impl Scene {
             not_felt: doubts::not_felt(&simulation, &bodies),
             doubts: doubts::of(&simulation, run, &self.file.scene.allow)?,
             simulation,
-            probes: self.probes(&bodies, &names)?,
+            probes: probes::of(&self.file.probes, &bodies, &names)?,
             bodies,
             textures,
             seams,
@@ -169,28 +170,6 @@ impl Scene {
             step: 0,
             has_torn: false,
         })
-    }
-
-    /// The probes of the scene on these bodies.
-    fn probes(&self, bodies: &[BodyId], names: &[String]) -> Result<Vec<(String, BodyId, DVec3)>, Fault> {
-        let specs = &self.file.probes;
-        let keys = (0..specs.len()).map(|i| format!("probes.{i}"));
-        build::own_names(keys.clone().zip(specs.iter().map(|spec| spec.name.clone())))?;
-        let probe = |(key, spec): (String, &ProbeSpec)| {
-            let place = match &spec.body {
-                Some(name) => names.iter().position(|own| own == name),
-                None => (bodies.len() == 1).then_some(0),
-            };
-            let place = place.ok_or_else(|| {
-                let what = match &spec.body {
-                    Some(name) => format!("there is no body `{name}`"),
-                    None => format!("there are {} bodies, and the probe names none", bodies.len()),
-                };
-                Fault::new(format!("{key}.body"), what, format!("give one of {}", names.join(", ")))
-            })?;
-            Ok((spec.name.clone(), bodies[place], spec.point.0))
-        };
-        keys.zip(specs).map(probe).collect()
     }
 
     fn spawn(

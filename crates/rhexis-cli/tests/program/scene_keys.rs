@@ -4,7 +4,7 @@ use glam::DVec3;
 use rhexis::settings::{Accuracy, Settings};
 use rhexis::storage::Vertices;
 use rhexis_cli::output::{write_obj, write_ply};
-use rhexis_scene::{Instance, Scene, mesh_file};
+use rhexis_scene::{Instance, Probe, ProbeKind, Scene, mesh_file};
 
 fn scene(mode: &str, body: &str, more: &str) -> Result<Instance, String> {
     let text = format!(
@@ -316,13 +316,77 @@ fn probes_read_place_and_stress() {
     let load = "[[bodies.point_loads]]\nregion = { x = 10 }\ntotal = [0.1, 0, 0]\n";
     let mut instance = scene("static", "planar = true", &format!("{LEFT}{load}{probe}")).unwrap();
     instance.advance().unwrap();
-    let (name, body, point) = instance.probes[0].clone();
+    let Probe { name, body, kind } = instance.probes[0].clone();
+    let ProbeKind::Point(point) = kind else { panic!("{kind:?}") };
     let reading = instance.simulation.reading(body, point).unwrap();
     // 0.1 N over 10 mm × 0.1 mm.
     assert!(name == "middle" && (reading.stress.principal_values().0 / 0.1 - 1.0).abs() < 0.05, "{reading:?}");
     assert!(reading.position.x > 5.4 && reading.velocity == DVec3::ZERO);
     for (bad, what) in [("body = 'c'", "no body `c`"), ("at = [0, 0]", "unknown key `at`")] {
         assert!(scene("static", "", &format!("{LEFT}{probe}{bad}\n")).err().unwrap().contains(what));
+    }
+}
+
+/// Forces of the sections of an instance, and of the first hold.
+fn sections(instance: &Instance) -> (Vec<DVec3>, DVec3) {
+    let force = |probe: &Probe| match &probe.kind {
+        ProbeKind::Section(section) => instance.simulation.section_force(probe.body, section).unwrap(),
+        ProbeKind::Point(_) => DVec3::NAN,
+    };
+    let held = instance.simulation.reactions(instance.bodies[0]).unwrap();
+    (instance.probes.iter().map(force).collect(), held[0].1)
+}
+
+#[test]
+fn a_section_bears_the_pull_on_a_flat_sheet() {
+    let across = |x: f64| format!("[[probes]]\nname = 'x{x}'\npoint = [{x}, 0]\nsection = {{ normal = [2, 0] }}\n");
+    let part = "[[probes]]\nname = 'part'\npoint = [6, 5]\nsection = { normal = [1, 0], radius = 2.4 }\n";
+    let other = "[[probes]]\nname = 'other'\npoint = [6, 5]\nsection = { normal = [-1, 0] }\n";
+    let along = "[[probes]]\nname = 'along'\npoint = [0, 4]\nsection = { normal = [0, 1] }\n";
+    let load = "[[bodies.point_loads]]\nregion = { x = 10 }\ntotal = [0.1, 0, 0]\n";
+    let probes = [across(1.0), across(5.0), across(9.0), part.into(), other.into(), along.into()].concat();
+    // One hold lets the sheet narrow, so that the stress is the same everywhere.
+    let free = LEFT.replace("x = 0 }", "x = 0 }\naxes = 'x'");
+    let corner = "[[bodies.holds]]\nname = 'corner'\nregion = { x = 0, y = 0 }\n";
+    let mut instance = scene("static", "planar = true", &format!("{free}{corner}{load}{probes}")).unwrap();
+    instance.advance().unwrap();
+    let (forces, _) = sections(&instance);
+    // The static solve ends at 1e-9 of the largest corner force.
+    for force in &forces[..3] {
+        assert!((*force - DVec3::X * 0.1).length() < 1e-8, "{force}");
+    }
+    // Of four rows of triangles the two in the middle lie within the radius.
+    assert!((forces[3].x / forces[0].x - 0.5).abs() < 0.02, "{}", forces[3]);
+    assert!((forces[4] - DVec3::X * 0.1).length() < 1e-8 || (forces[4] + DVec3::X * 0.1).length() < 1e-8);
+    assert!(forces[5].length() < 1e-2 * 0.1, "{}", forces[5]);
+    for (bad, what) in [("normal = [0, 0]", "no direction"), ("normal = [1, 0], radius = 0", "not above zero")] {
+        let probe = format!("[[probes]]\nname = 'p'\npoint = [0, 0]\nsection = {{ {bad} }}\n");
+        let refused = scene("static", "planar = true", &format!("{LEFT}{probe}")).err().unwrap();
+        assert!(refused.contains(what), "{refused}");
+    }
+}
+
+#[test]
+fn a_section_of_a_bent_sheet_balances_its_hold() {
+    for cells in [4, 9] {
+        // One of two opposite edges is drawn up, aside and turned: the sheet twists, and is stressed unevenly.
+        let text = format!(
+            "[scene]\nname = 'w'\n[run]\nmode = 'static'\ndt = 1\nsteps = 4\n[[bodies]]\nname = 'b'\n\
+             mesh = {{ grid = {{ width = 10, height = 10, nx = {cells}, ny = {cells} }} }}\n\
+             material = {{ young = 1, poisson = 0.3, thickness = 0.1 }}\nfibres = {{ degrees = 30 }}\n\
+             [[bodies.holds]]\nname = 'left'\nregion = {{ x = 0 }}\n\
+             [[bodies.holds]]\nname = 'right'\nregion = {{ x = 10 }}\nmove = {{ offset = [2, 0.7, 4] }}\ncurve = [[0, 0], [4, 1]]\n\
+             rotate = [[0, [0, 0, 0]], [4, [20, 0, 10]]]\npivot = [10, 5, 0]\n\
+             [[probes]]\nname = 'near'\npoint = [2, 5]\nsection = {{ normal = [1, 0.2] }}\n\
+             [[probes]]\nname = 'far'\npoint = [7, 5]\nsection = {{ normal = [1, -0.2] }}\n"
+        );
+        let mut instance = Scene::parse(&text, "w.toml").and_then(|scene| scene.instantiate()).unwrap();
+        (0..4).for_each(|_| _ = instance.advance().unwrap());
+        let (forces, held) = sections(&instance);
+        // The cut is made where the mesh's forces balance: no error of the mesh is left, only that of the solve, 1e-9 of the largest corner force.
+        for force in forces {
+            assert!(force.length() > 0.1 && (force + held).length() < 1e-8, "{cells}: {force} {held}");
+        }
     }
 }
 

@@ -51,7 +51,7 @@ pub struct SceneFile {
     /// `[[obstacles]]`: rigid surroundings, felt by bodies with `contact`.
     #[serde(default)]
     pub obstacles: Vec<ObstacleSpec>,
-    /// `[[probes]]`: points of the tissue whose place and stress stand in `series.csv`.
+    /// `[[probes]]`: points of the tissue whose place and stress stand in `series.csv`, and sections whose force does.
     #[serde(default)]
     pub probes: Vec<ProbeSpec>,
 }
@@ -64,8 +64,22 @@ pub struct ProbeSpec {
     pub name: String,
     /// Name of its body. Default the only one.
     pub body: Option<String>,
-    /// Point of the rest shape \[mm\]; the nearest one of the body is taken.
+    /// Point of the rest shape \[mm\]; the nearest one of the body is taken. Of a section a point of its plane.
     pub point: Point,
+    /// Makes it a section: the force across a plane in place of a point's place and stress.
+    pub section: Option<SectionSpec>,
+}
+
+/// `section = { normal = [x, y, z] }`: a plane of the rest shape that cuts the body. The columns in `series.csv` are the force \[N\] of the tissue
+/// on the side of the normal on the tissue behind it: a pull is along the normal. It is the sum of stress × thickness × length over the
+/// triangles that the plane cuts, without bending and damping; of tissue at rest the holds of one side balance it exactly.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SectionSpec {
+    /// Normal of the plane; need not be unit.
+    pub normal: Point,
+    /// Distance from `point` \[mm, rest shape\], > 0, within which triangles count by their middle. Default: the whole plane counts.
+    pub radius: Option<f64>,
 }
 
 /// `[scene]`.
