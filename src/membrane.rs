@@ -6,7 +6,7 @@ use crate::components::check::{Check, Host, number, positive};
 use crate::components::{
     Bending, Body, Fibres, Hold, Holds, HolzapfelGasserOgden, Material, Planar, Refinement, Tearing,
 };
-use crate::math::{RestTriangle, Sym2, is_direction};
+use crate::math::{Orthotropic, RestTriangle, Sym2, is_direction};
 use crate::registry::{check_changed, complete};
 use crate::storage::{
     Broken, Mesh, MeshError, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure,
@@ -217,10 +217,7 @@ impl Membrane {
     pub(crate) fn build(mut self, order: u32) -> Result<EntityBuilder, BodyError> {
         self.mesh.check()?;
         let mut triangles = self.triangle_rows()?;
-        if self.components.get::<&HolzapfelGasserOgden>().is_some_and(HolzapfelGasserOgden::replaces_linear) {
-            let other = triangles.stiffness.iter().position(|law| !law.is_neo_hookean());
-            other.map_or(Ok(()), |triangle| Err(BodyError::NotNeoHookean(triangle)))?;
-        }
+        check_neo_hookean(self.components.get::<&HolzapfelGasserOgden>(), &triangles)?;
         let [vertex_room, triangle_room] = self.room();
         let mut vertices = Vertices::default();
         vertices.reserve(self.mesh.positions.len() + vertex_room);
@@ -280,9 +277,7 @@ impl Membrane {
             let centroid = (x[0] + x[1] + x[2]) / 3.0;
             let mut material = own(&self.per_triangle.material, t, (self.material)(centroid));
             material.thickness = own(&self.per_triangle.thickness, t, material.thickness);
-            positive("Material", "thickness", material.thickness)?;
-            positive("Material", "density", material.density)?;
-            let stiffness = material.stiffness().map_err(|source| BodyError::Material { triangle: t, source })?;
+            let stiffness = law(&material, t)?;
             let direction = match (&self.fibres, &self.mesh.fibres) {
                 (Some(fibres), _) => fibres.direction(t, centroid),
                 (None, Some(list)) => list[t],
@@ -314,17 +309,33 @@ impl Membrane {
     }
 }
 
+/// The law of a triangle's material.
+pub(crate) fn law(material: &Material, triangle: usize) -> Result<Orthotropic, BodyError> {
+    positive("Material", "thickness", material.thickness)?;
+    positive("Material", "density", material.density)?;
+    material.stiffness().map_err(|source| BodyError::Material { triangle, source })
+}
+
+/// Refuses a linear matrix where the published law takes its place.
+pub(crate) fn check_neo_hookean(fibres: Option<&HolzapfelGasserOgden>, triangles: &Triangles) -> Result<(), BodyError> {
+    if !fibres.is_some_and(HolzapfelGasserOgden::replaces_linear) {
+        return Ok(());
+    }
+    let other = triangles.stiffness.iter().position(|law| !law.is_neo_hookean());
+    other.map_or(Ok(()), |triangle| Err(BodyError::NotNeoHookean(triangle)))
+}
+
 /// Least mass of a triangle \[g\]: sums and fractions of it keep all their digits.
 const LEAST_MASS: f64 = 1e-290;
 
 /// Splits share masses out: masses near the smallest normal number would lose digits, or all of itself.
-fn enough_mass(what: &'static str, value: f64) -> Result<(), BodyError> {
+pub(crate) fn enough_mass(what: &'static str, value: f64) -> Result<(), BodyError> {
     let is_right = value >= LEAST_MASS && value.is_finite();
     number("Material", what, value, (is_right, "it must be at least 1e-290, and finite"))
 }
 
 /// Judges the bending stiffness of every triangle: its inverse is needed.
-fn check_bending(bending: &Bending, triangles: &Triangles) -> Result<(), BodyError> {
+pub(crate) fn check_bending(bending: &Bending, triangles: &Triangles) -> Result<(), BodyError> {
     let (what, must) = ("the bending stiffness of a triangle in N·mm", "it must be from 1e-100 to 1e100");
     (0..triangles.len()).try_for_each(|t| {
         let (h, q) = (triangles.thickness[t], &triangles.stiffness[t]);

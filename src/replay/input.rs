@@ -1,10 +1,11 @@
 //! The calls of a host that change a simulation. A new one is a variant here and an arm of `Simulation::repeat`.
 
 use crate::components::{Grasp, Jaws, Obstacle, Path, Pose, Rigid, Shape, Turning};
+use crate::math::Orthotropic;
 use crate::registry::Parameters;
 use crate::settings::Settings;
 use crate::snapshot::{Saved, Snapshot};
-use crate::storage::{BladeId, BodyId, ForcepsId, ObstacleId, VertexKey};
+use crate::storage::{BladeId, BodyId, ForcepsId, ObstacleId, Uniform, VertexKey};
 use glam::{DQuat, DVec3};
 use hecs::Entity;
 
@@ -182,12 +183,28 @@ pub enum Input {
         /// Mass and motion.
         rigid: Option<Rigid>,
     },
+    /// The triangles of a body were given other materials.
+    SetMaterial {
+        /// The body.
+        body: BodyId,
+        /// Materials by triangle.
+        to: Box<Materials>,
+    },
 }
 
 /// A body as it was put into the world.
 #[derive(Clone)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Spawned(pub(crate) Box<Saved>);
+
+/// Materials of a body's triangles, in the order of their rows.
+#[derive(Clone, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Materials {
+    pub(crate) stiffness: Uniform<Orthotropic>,
+    pub(crate) thickness: Uniform<f64>,
+    pub(crate) density: Uniform<f64>,
+}
 
 /// Components as they are after a change.
 #[derive(Clone)]

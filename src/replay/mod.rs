@@ -4,7 +4,7 @@
 //! anything, in order:
 //! - steps, static solves and cuts;
 //! - bodies and obstacles that come and go;
-//! - settings;
+//! - settings and materials;
 //! - parameters, positions and velocities changed through [`entity_mut`](crate::simulation::Simulation::entity_mut) and
 //!   [`world_mut`](crate::simulation::Simulation::world_mut).
 //!
@@ -16,7 +16,7 @@ mod bytes;
 mod input;
 
 #[doc(hidden)]
-pub use input::{Changes, Input, Spawned};
+pub use input::{Changes, Input, Materials, Spawned};
 
 use crate::registry::Parameters;
 use crate::snapshot::{Snapshot, SnapshotError, StateHash};

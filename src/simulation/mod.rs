@@ -15,6 +15,7 @@ mod haptic_feed;
 mod haptic_refresh;
 mod haptics;
 mod inspect;
+mod material;
 mod material_force;
 mod measure;
 mod motion;

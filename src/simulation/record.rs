@@ -125,6 +125,7 @@ impl Simulation {
                 });
             }
             Input::MoveObstacle { obstacle, shape } => _ = self.move_obstacle(*obstacle, shape.clone()),
+            Input::SetMaterial { body, to } => _ = self.put_materials(*body, to.as_ref().clone()),
             Input::SetRigid { obstacle, rigid } => _ = self.set_rigid(*obstacle, *rigid),
             Input::SpawnForceps { name, jaws, pose } => _ = self.spawn_forceps(name, *jaws, *pose),
             Input::MoveForceps { forceps, pose, within } => _ = self.move_forceps(*forceps, *pose, *within),

@@ -72,6 +72,14 @@ impl<T: Copy + PartialEq> Uniform<T> {
         }
     }
 
+    /// Keeps room for as many rows as another column does.
+    pub(crate) fn take_room_of(&mut self, other: &Self) {
+        self.room = self.room.max(other.room);
+        if self.mask != 0 && self.room > self.len {
+            self.values.reserve_exact(self.room - self.len);
+        }
+    }
+
     /// Gives every row a value of its own.
     fn part(&mut self) {
         let Some(&one) = self.values.first() else { return };

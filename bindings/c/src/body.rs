@@ -45,6 +45,17 @@ fn triples<'a, T: crate::pointer::Plain>(numbers: &'a Array<T>, count: usize, wh
     Ok(numbers.read(of_three, what)?.as_chunks().0)
 }
 
+fn material(given: &RhexisBodyDesc) -> Material {
+    Material {
+        young_fibre: given.young_fibre,
+        young_transverse: given.young_transverse,
+        poisson_major: given.poisson_major,
+        shear_modulus: (given.shear_modulus != 0.0).then_some(given.shear_modulus),
+        thickness: given.thickness,
+        density: given.density,
+    }
+}
+
 fn membrane(given: &RhexisBodyDesc) -> Answer<Membrane> {
     let name = if given.name.is_null() { "body" } else { given.name.read("the body's name")? };
     let positions = triples(&given.positions, given.vertex_count, "positions")?;
@@ -54,21 +65,13 @@ fn membrane(given: &RhexisBodyDesc) -> Answer<Membrane> {
         triangles: triangles.to_vec(),
         fibres: None,
     };
-    let material = Material {
-        young_fibre: given.young_fibre,
-        young_transverse: given.young_transverse,
-        poisson_major: given.poisson_major,
-        shear_modulus: (given.shear_modulus != 0.0).then_some(given.shear_modulus),
-        thickness: given.thickness,
-        density: given.density,
-    };
     let fibres = if given.fibres.is_null() {
         Fibres::Uniform(given.fibre.vector())
     } else {
         let fibres = triples(&given.fibres, given.triangle_count, "fibres")?;
         Fibres::PerTriangle(fibres.iter().map(|&fibre| DVec3::from_array(fibre)).collect())
     };
-    let membrane = Membrane::new(name, mesh, material).fibres(fibres);
+    let membrane = Membrane::new(name, mesh, material(given)).fibres(fibres);
     Ok(if given.planar != 0 { membrane.planar() } else { membrane })
 }
 
@@ -88,6 +91,23 @@ pub extern "C" fn rhexis_body_create(
         })?;
         body.write(made);
         Ok(())
+    })
+}
+
+/// Gives all triangles of a body another material while it runs: tissue that ages or dries. Of the description only the material counts, from
+/// `young_fibre` to `density`. Positions, fibres and components stay.
+#[unsafe(no_mangle)]
+pub extern "C" fn rhexis_material_set(
+    world: RhexisWorld,
+    body: RhexisEntity,
+    desc: In<RhexisBodyDesc>,
+) -> RhexisStatus {
+    call(|| {
+        let material = material(&desc.read("the description")?);
+        with(world, |world| {
+            let body = world.body(body)?;
+            world.simulation().set_material(body, |_, _| material).map_err(refused)
+        })
     })
 }
 

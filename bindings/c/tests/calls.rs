@@ -53,6 +53,40 @@ fn close(world: RhexisWorld, forceps: RhexisEntity, body: RhexisEntity) -> usize
 }
 
 #[test]
+fn the_material_of_a_body_changes_while_it_runs() {
+    let mut world = NO_WORLD;
+    ok(rhexis_world_from_scene(
+        text(
+            c"[scene]\nname = 'sheet'\n[run]\nmode = 'static'\ndt = 1\nsteps = 1\n[[bodies]]\nname = 'sheet'\nplanar = true\nmesh.grid = { width = 8, height = 8, nx = 4, ny = 4 }\nmaterial = { young = 1, poisson = 0.3, thickness = 0.1 }\n\
+        [[bodies.holds]]\nname = 'left'\nregion = { x = 0 }\n[[bodies.holds]]\nname = 'right'\nregion = { x = 8 }\nmove = { offset = [1, 0, 0] }\n",
+        ),
+        text(c"sheet.toml"),
+        out(&mut world),
+    ));
+    let mut body = RhexisEntity::default();
+    ok(rhexis_find_body(world, text(c"sheet"), out(&mut body)));
+    let pull = || {
+        ok(rhexis_settle(world, 1.0, 1e-9, Out::NULL));
+        let mut force = UP;
+        ok(rhexis_reaction(world, body, text(c"right"), out(&mut force)));
+        force.x
+    };
+    let before = pull();
+    // SAFETY: every bit pattern of zeros is a description.
+    let mut desc: RhexisBodyDesc = unsafe { std::mem::zeroed() };
+    ok(rhexis_body_init(out(&mut desc)));
+    (desc.young_fibre, desc.young_transverse, desc.shear_modulus) = (0.5, 0.5, 0.0);
+    ok(rhexis_material_set(world, body, input(&desc)));
+    // Equilibria are found to 1e-9.
+    let after = pull();
+    assert!((after / before - 0.5).abs() < 1e-6, "{before} {after}");
+    desc.thickness = -1.0;
+    refused(rhexis_material_set(world, body, input(&desc)), RhexisStatus::Refused, "thickness");
+    refused(rhexis_material_set(world, RhexisEntity::default(), input(&desc)), RhexisStatus::InvalidHandle, "");
+    ok(rhexis_world_destroy(world));
+}
+
+#[test]
 fn a_rigid_ball_falls_onto_a_sheet_and_tells_its_impulse() {
     let mut world = NO_WORLD;
     ok(rhexis_world_from_scene(

@@ -553,6 +553,13 @@ namespace Rhexis
         public static extern RhexisStatus rhexis_body_create(RhexisWorld world, ref RhexisBodyDesc desc, out RhexisEntity body);
 
         /// <summary>
+        /// Gives all triangles of a body another material while it runs: tissue that ages or dries. Of the description only the material counts,
+        /// from `young_fibre` to `density`. Positions, fibres and components stay.
+        /// </summary>
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern RhexisStatus rhexis_material_set(RhexisWorld world, RhexisEntity body, ref RhexisBodyDesc desc);
+
+        /// <summary>
         /// Puts an obstacle into the world, a shape in TOML such as "shape = { Sphere = { centre = [0, 0, -5], radius = 4 } }". Bodies with
         /// the component "Contact" touch it; `rhexis_set` with "Obstacle" moves it.
         /// </summary>

@@ -1,7 +1,7 @@
 //! Bodies from arrays, and obstacles.
 
 use crate::arrays::{points, triangles};
-use crate::entity::Entity;
+use crate::entity::{BodyRef, Entity};
 use crate::error::{Answer, Failure, refused, unreadable};
 use crate::toml_form::{given, patched, to_python};
 use crate::world::{World, equip};
@@ -87,6 +87,16 @@ impl World {
             let body = state.simulation_mut().spawn(membrane).map_err(refused)?;
             equip(state, body, components)?;
             Ok::<_, Failure>(state.handle(body))
+        })
+    }
+
+    /// Gives all triangles of a body another material while it runs; keys that are not named are those of Figure 2.
+    #[pyo3(signature = (material, body = None))]
+    fn set_material(&self, py: Python<'_>, material: &Bound<'_, PyAny>, body: Option<BodyRef>) -> PyResult<()> {
+        let material = self::material(Some(material))?;
+        self.with(py, |state| {
+            let body = state.body(body.as_ref())?;
+            state.simulation_mut().set_material(body, |_, _| material).map_err(refused)
         })
     }
 

@@ -135,6 +135,24 @@ def test_material_and_obstacle(world: rhexis.World) -> None:
         world.set(obstacle, "Obstacle", "")
 
 
+def test_the_material_of_a_body_changes_while_it_runs(world: rhexis.World) -> None:
+    sheet = world.spawn(*grid(4), material={"young_fibre": 2, "young_transverse": 2}, planar=True)
+    world.pin("left", [key for key, x in zip(world.vertex_keys(), world.positions()) if x[0] < 0.1])
+    right = [key for key, x in zip(world.vertex_keys(), world.positions()) if x[0] > 3.9]
+    world.pin("right", right)
+    world.shift_pins("right", [0.4, 0, 0])
+    world.settle(1.0)
+    before = world.reactions()["right"][0]
+    world.set_material({"young_fibre": 1, "young_transverse": 1, "shear_modulus": 0.25}, sheet)
+    world.settle(1.0)
+    # The shear modulus was 0.5 MPa, which halves with the others.
+    assert abs(world.reactions()["right"][0] / before - 0.5) < 1e-6
+    with refused("invalid_input", "thickness"):
+        world.set_material({"thickness": -1})
+    with refused("scene", "yung"):
+        world.set_material({"yung": 1})
+
+
 def test_a_rigid_ball_is_pushed_by_tissue(world: rhexis.World) -> None:
     sheet = world.spawn(*grid(8), components={"Contact": {}})
     positions = world.positions()

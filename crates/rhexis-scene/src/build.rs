@@ -8,7 +8,7 @@ use super::mesh_file::MeshFile;
 use super::region::Surface;
 use super::schema::{
     BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
-    TearModeSpec, TearRateSpec, TearingSpec,
+    TearModeSpec, TearRateSpec, TearingSpec, TimeCurve,
 };
 use super::springs::{point_loads, springs};
 use super::{grasp, held, mesh_file, per_triangle, shape};
@@ -58,10 +58,11 @@ pub(super) fn sheet(spec: &BodySpec, files: &Files, key: &str) -> Result<Sheet, 
 /// A membrane, not yet spawned: the copy of this name.
 pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) -> Result<Membrane, Fault> {
     let mesh = &sheet.file.mesh;
-    let material = material(&spec.material, &format!("{key}.material"))?;
+    let material = material(&spec.material, 0.0, &format!("{key}.material"))?;
     let mut membrane = Membrane::new(name, mesh.clone(), material);
-    if let Some(grading) = &spec.grading {
-        membrane = graded(membrane, material, grading, &format!("{key}.grading"))?;
+    if let Some(spec) = &spec.grading {
+        let grading = grading(spec, &format!("{key}.grading"))?;
+        membrane = membrane.graded(move |at| grading(material, at));
     }
     if !spec.materials.is_empty() {
         membrane = parts(membrane, spec, (sheet, material), key)?;
@@ -73,8 +74,9 @@ pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) ->
         membrane = membrane.planar();
     }
     membrane = surroundings(membrane, spec, key)?;
-    let tearing = spec.tearing.as_ref().map(|spec| tearing(spec, &material, &format!("{key}.tearing"))).transpose()?;
-    let criterion = tip_criterion(spec, &material, key)?;
+    let tearing =
+        spec.tearing.as_ref().map(|spec| tearing(spec, (&material, 0.0), &format!("{key}.tearing"))).transpose()?;
+    let criterion = tip_criterion((&spec.tearing, &spec.energy_criterion), (&material, 0.0), key)?;
     membrane = per_triangle::values(membrane, (spec, sheet), (tearing.as_ref(), criterion.as_ref()), key)?;
     if let Some(tearing) = tearing {
         membrane = membrane.with(tearing);
@@ -94,14 +96,18 @@ pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) ->
     Ok(membrane)
 }
 
-fn material(spec: &MaterialSpec, key: &str) -> Result<Material, Fault> {
+/// The material at a time \[ms\].
+pub(super) fn material(spec: &MaterialSpec, time: f64, key: &str) -> Result<Material, Fault> {
     let at = |name: &str| format!("{key}.{name}");
-    let thickness = positive(at("thickness"), spec.thickness, "mm")?;
+    let thickness = positive(at("thickness"), spec.thickness.at(time), "mm")?;
     let density = positive(at("density"), spec.density, "g/mm³")?;
-    if let Some(material) = neo_hookean(spec, key)? {
+    if let Some(material) = neo_hookean(spec, time, key)? {
         return Ok(material);
     }
-    let MaterialSpec { young, poisson, young_fibre, young_transverse, poisson_major, shear_modulus, .. } = *spec;
+    let MaterialSpec { young, poisson, young_fibre, young_transverse, poisson_major, shear_modulus, .. } = spec;
+    let [young, young_fibre, young_transverse, shear_modulus] =
+        [young, young_fibre, young_transverse, shear_modulus].map(|curve| curve.as_ref().map(|curve| curve.at(time)));
+    let [poisson, poisson_major] = [*poisson, *poisson_major];
     let named = |values: [(&str, Option<f64>, &str); 4]| {
         values.into_iter().try_for_each(|(name, value, unit)| match value {
             Some(value) => positive(at(name), value, unit).map(|_| ()),
@@ -157,7 +163,7 @@ fn parts(
     let mut list = vec![material; mesh.triangles.len()];
     for (i, part) in spec.materials.iter().enumerate() {
         let key = format!("{key}.materials.{i}");
-        let own = self::material(&part.material, &format!("{key}.material"))?;
+        let own = self::material(&part.material, 0.0, &format!("{key}.material"))?;
         let mut is_in = vec![false; mesh.positions.len()];
         let rows = surface.vertices(&part.region, &format!("{key}.region"))?;
         rows.into_iter().for_each(|row| is_in[row as usize] = true);
@@ -173,12 +179,16 @@ fn parts(
     Ok(membrane.materials(list))
 }
 
-fn graded(membrane: Membrane, material: Material, spec: &GradingSpec, key: &str) -> Result<Membrane, Fault> {
+/// The material at a rest point \[mm\], from that of the body.
+pub(super) fn grading(
+    spec: &GradingSpec,
+    key: &str,
+) -> Result<impl Fn(Material, DVec3) -> Material + Send + Sync + use<>, Fault> {
     let ratio = positive(format!("{key}.ratio_at_rim"), spec.ratio_at_rim, "")?;
     let radius = positive(format!("{key}.radius"), spec.radius, "mm")?;
     let axis = direction(spec.axis.0, &format!("{key}.axis"))?;
     let centre = spec.centre.0;
-    Ok(membrane.graded(move |at| {
+    Ok(move |material: Material, at: DVec3| {
         let out = (at - centre).reject_from_normalized(axis).length();
         let root = (1.0 + (ratio - 1.0) * (out / radius).min(1.0)).sqrt();
         Material {
@@ -186,7 +196,7 @@ fn graded(membrane: Membrane, material: Material, spec: &GradingSpec, key: &str)
             young_transverse: material.young_transverse / root,
             ..material
         }
-    }))
+    })
 }
 
 /// Files and messages tell things of a kind apart by their names; each with its path in the file.
@@ -269,10 +279,11 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
     Ok(membrane)
 }
 
-fn tearing(spec: &TearingSpec, material: &Material, key: &str) -> Result<Tearing, Fault> {
+/// How a body tears whose material and thresholds are those at a time \[ms\].
+pub(super) fn tearing(spec: &TearingSpec, present: (&Material, f64), key: &str) -> Result<Tearing, Fault> {
     let at = |name: &str| format!("{key}.{name}");
     let radius = positive(at("radius"), spec.radius, "mm")?;
-    let thresholds = thresholds(spec, material, radius, key)?;
+    let thresholds = thresholds(spec, present, radius, key)?;
     let cone = positive(at("cone_degrees"), spec.cone_degrees, "°")?;
     if cone > 180.0 {
         return Err(Fault::new(at("cone_degrees"), format!("{cone}° is more than a half turn"), "give at most 180"));
@@ -311,7 +322,12 @@ fn tearing(spec: &TearingSpec, material: &Material, key: &str) -> Result<Tearing
 }
 
 /// Strengths and R, from strengths or from toughnesses.
-fn thresholds(spec: &TearingSpec, material: &Material, radius: f64, key: &str) -> Result<Tearing, Fault> {
+fn thresholds(
+    spec: &TearingSpec,
+    (material, time): (&Material, f64),
+    radius: f64,
+    key: &str,
+) -> Result<Tearing, Fault> {
     let at = |name: &str| format!("{key}.{name}");
     let TearingSpec {
         strength_along_fibres,
@@ -320,13 +336,14 @@ fn thresholds(spec: &TearingSpec, material: &Material, radius: f64, key: &str) -
         toughness_along_fibres,
         toughness_across_fibres,
         ..
-    } = *spec;
+    } = spec;
+    let now = |curve: &Option<TimeCurve>| curve.as_ref().map(|curve| curve.at(time));
     match (
-        strength_along_fibres,
-        strength_across_fibres,
-        strength_ratio,
-        toughness_along_fibres,
-        toughness_across_fibres,
+        now(strength_along_fibres),
+        now(strength_across_fibres),
+        *strength_ratio,
+        now(toughness_along_fibres),
+        now(toughness_across_fibres),
     ) {
         (Some(transverse), fibre, ratio, None, None) => {
             let strength_along_fibres = positive(at("strength_along_fibres"), transverse, "MPa")?;
@@ -356,9 +373,13 @@ fn thresholds(spec: &TearingSpec, material: &Material, radius: f64, key: &str) -
 }
 
 /// What tips decide by, where that is energy.
-fn tip_criterion(spec: &BodySpec, material: &Material, key: &str) -> Result<Option<EnergyCriterion>, Fault> {
+pub(super) fn tip_criterion(
+    (tearing, energy): (&Option<TearingSpec>, &Option<EnergyCriterionSpec>),
+    (material, time): (&Material, f64),
+    key: &str,
+) -> Result<Option<EnergyCriterion>, Fault> {
     let at = format!("{key}.energy_criterion");
-    match (&spec.energy_criterion, &spec.tearing) {
+    match (energy, tearing) {
         (Some(_), None) => {
             let what = "the criterion on energy decides at tear tips, and this body has none";
             Err(Fault::new(at, what, "add a `tearing` table, or remove this one"))
@@ -367,18 +388,17 @@ fn tip_criterion(spec: &BodySpec, material: &Material, key: &str) -> Result<Opti
             let what = "`tearing` lets the stress decide, and this table the energy";
             Err(Fault::new(at, what, "remove this table, or `criterion` in `tearing`"))
         }
-        (Some(energy), Some(_)) => energy_criterion(energy, &at).map(Some),
+        (Some(energy), Some(_)) => energy_criterion(energy, time, &at).map(Some),
         (None, Some(tearing)) => {
             let is_tough = tearing.toughness_along_fibres.is_some();
             if tearing.criterion.map_or(!is_tough, |criterion| criterion == CriterionSpec::Stress) {
                 return Ok(None);
             }
             let key = format!("{key}.tearing");
-            let thresholds = thresholds(tearing, material, tearing.radius, &key)?;
-            let given = tearing.toughness_along_fibres.zip(tearing.toughness_across_fibres);
-            let toughness = match given {
-                Some((along, across)) => Toughness { along, across },
-                None => thresholds.toughness(&material.stiffness().map_err(|error| inadmissible(&key, &error))?),
+            let thresholds = thresholds(tearing, (material, time), tearing.radius, &key)?;
+            let toughness = match (&tearing.toughness_along_fibres, &tearing.toughness_across_fibres) {
+                (Some(along), Some(across)) => Toughness { along: along.at(time), across: across.at(time) },
+                _ => thresholds.toughness(&material.stiffness().map_err(|error| inadmissible(&key, &error))?),
             };
             Ok(Some(EnergyCriterion::new(toughness)))
         }
@@ -386,10 +406,10 @@ fn tip_criterion(spec: &BodySpec, material: &Material, key: &str) -> Result<Opti
     }
 }
 
-fn energy_criterion(spec: &EnergyCriterionSpec, key: &str) -> Result<EnergyCriterion, Fault> {
+fn energy_criterion(spec: &EnergyCriterionSpec, time: f64, key: &str) -> Result<EnergyCriterion, Fault> {
     let at = |name: &str| format!("{key}.{name}");
-    let along = positive(at("toughness_along_fibres"), spec.toughness_along_fibres, "N/mm")?;
-    let across = positive(at("toughness_across_fibres"), spec.toughness_across_fibres, "N/mm")?;
+    let along = positive(at("toughness_along_fibres"), spec.toughness_along_fibres.at(time), "N/mm")?;
+    let across = positive(at("toughness_across_fibres"), spec.toughness_across_fibres.at(time), "N/mm")?;
     let ring = positive(at("ring"), spec.ring, "")?;
     if ring > 100.0 {
         let what = format!("a ring of {ring} averaging radii is too wide");

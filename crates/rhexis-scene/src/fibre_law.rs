@@ -6,26 +6,26 @@ use rhexis::components::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, Mat
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 
-/// The material where its `model` is neo-Hookean; `None` where it is linear.
-pub(super) fn neo_hookean(spec: &MaterialSpec, key: &str) -> Result<Option<Material>, Fault> {
-    let &MaterialSpec { young, poisson, young_fibre, young_transverse, poisson_major, shear_modulus, .. } = spec;
+/// The material at a time \[ms\] where its `model` is neo-Hookean; `None` where it is linear.
+pub(super) fn neo_hookean(spec: &MaterialSpec, time: f64, key: &str) -> Result<Option<Material>, Fault> {
     let at_mu = format!("{key}.mu");
     if spec.model == MaterialModelSpec::Linear {
-        let Some(_) = spec.mu else { return Ok(None) };
+        let Some(_) = &spec.mu else { return Ok(None) };
         let hint = "add `model = \"neo_hookean\"`, or give `young` and `poisson`";
         return Err(Fault::new(at_mu, "`mu` belongs to a neo-Hookean material", hint));
     }
-    let others = [young, poisson, young_fibre, young_transverse, poisson_major, shear_modulus];
-    if others.iter().any(Option::is_some) {
+    let moduli = [&spec.young, &spec.young_fibre, &spec.young_transverse, &spec.shear_modulus];
+    let ratios = [spec.poisson, spec.poisson_major];
+    if moduli.iter().any(|modulus| modulus.is_some()) || ratios.iter().any(Option::is_some) {
         let hint = "keep `mu` and `thickness`, or leave `model` out";
         return Err(Fault::new(key, "a neo-Hookean material is incompressible and has one constant, `mu`", hint));
     }
-    let Some(mu) = spec.mu else {
+    let Some(mu) = &spec.mu else {
         let hint = "add `mu = …` in MPa, c of the papers: the energy is mu/2·(I₁ − 3)";
         return Err(Fault::new(key, "the shear modulus `mu` is missing", hint));
     };
-    let mu = positive(at_mu, mu, "MPa")?;
-    Ok(Some(Material { density: spec.density, ..Material::neo_hookean(mu, spec.thickness) }))
+    let mu = positive(at_mu, mu.at(time), "MPa")?;
+    Ok(Some(Material { density: spec.density, ..Material::neo_hookean(mu, spec.thickness.at(time)) }))
 }
 
 /// Gives a membrane the law of its fibres and of their matrix, if that is not the linear one alone.

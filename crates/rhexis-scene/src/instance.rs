@@ -1,6 +1,7 @@
 //! A scene in a simulation, ready to run.
 
 use super::build;
+use super::changing::Changing;
 use super::doctor::{self, MeshSummary};
 use super::document::Parsed;
 use super::error::{Fault, positive};
@@ -15,7 +16,7 @@ use rhexis::components::{EnergyAudit, TearLog, Tearing, Toughness};
 use rhexis::membrane::Membrane;
 use rhexis::report::Report;
 use rhexis::settings::Integrator;
-use rhexis::simulation::{Doubt, Simulation, SimulationError};
+use rhexis::simulation::{Doubt, SetError, Simulation, SimulationError};
 use rhexis::snapshot::{Snapshot, SnapshotError};
 use rhexis::storage::{BodyId, Tips, Topology, Triangles};
 use std::sync::Arc;
@@ -55,6 +56,7 @@ pub struct Instance {
     pub broken_springs: Vec<(BodyId, usize)>,
     breaking: Vec<(BodyId, f64)>,
     timed: Timed,
+    changing: Vec<(BodyId, Changing)>,
     step: u64,
     has_torn: bool,
 }
@@ -120,7 +122,7 @@ impl Scene {
         copies::check_names(specs)?;
         let (mut demand, files) = (Demand::default(), self.document.files());
         let (mut textures, mut seams, mut names) = (Vec::new(), Vec::new(), Vec::new());
-        let mut breaking = Vec::new();
+        let (mut breaking, mut all_changing) = (Vec::new(), Vec::new());
         for (i, spec) in specs.iter().enumerate() {
             let key = &format!("bodies.{i}");
             let sheet = build::sheet(spec, &files, key)?;
@@ -129,6 +131,7 @@ impl Scene {
             let mesh = doctor::look(spec, &sheet.file, sheet.flattened);
             let texture = super::texture::read(spec, &sheet.file, &files, key)?;
             let limit = breaking::limit(spec, key)?;
+            let changing = Changing::of(spec, key)?;
             let own_seams = Seams::of(&sheet.file).map(Arc::new);
             for name in copies::names(spec) {
                 seams.push(own_seams.clone());
@@ -141,6 +144,7 @@ impl Scene {
                 }
                 timed.add(&mut simulation, (body, &name), spec, run.dt, key)?;
                 breaking.extend(limit.map(|limit| (body, limit)));
+                all_changing.extend(changing.clone().map(|changing| (body, changing)));
                 bodies.push(body);
                 names.push(name);
                 meshes.push(mesh.clone());
@@ -167,6 +171,7 @@ impl Scene {
             broken_springs: Vec::new(),
             breaking,
             timed,
+            changing: all_changing,
             step: 0,
             has_torn: false,
         })
@@ -213,6 +218,15 @@ impl Instance {
     /// In static mode where no equilibrium is found; the last good state stands.
     pub fn advance(&mut self) -> Result<&Report, SimulationError> {
         self.timed.before(&mut self.simulation, self.step, &mut self.cuts);
+        let start = self.simulation.time();
+        for (body, changing) in &self.changing {
+            changing.before(&mut self.simulation, *body, (start, start + self.run.dt)).map_err(
+                |error| match error {
+                    SetError::Rejected(rejected) => SimulationError::Written(rejected),
+                    _ => SimulationError::NoSuchBody,
+                },
+            )?;
+        }
         self.has_torn |= self.tip_count() > 0;
         match self.run.mode {
             Mode::Dynamic => self.simulation.step(self.run.dt)?,

@@ -9,6 +9,7 @@ mod beginning;
 mod breaking;
 mod build;
 pub mod catalog;
+mod changing;
 mod copies;
 pub mod course;
 mod doctor;

@@ -145,7 +145,7 @@ pub(super) fn values(
     let PerTriangle { thickness, strength, toughness, pre_stretch } = &sheet.per_triangle;
     let at = |name: &str| format!("{key}.per_triangle.{name}");
     if let Some(rows) = thickness {
-        membrane = membrane.thicknesses(positive(rows, spec.material.thickness, &at("thickness"))?);
+        membrane = membrane.thicknesses(positive(rows, spec.material.thickness.at(0.0), &at("thickness"))?);
     }
     if let Some(rows) = pre_stretch {
         membrane = membrane.pre_stretches(strains(rows, spec.pre_stretch, &at("pre_stretch"))?);
@@ -163,7 +163,8 @@ pub(super) fn values(
     let strengths = strengths.map(|list| over(list, own));
     // Thresholds that follow from toughnesses, or these from them, still do in every triangle: G_c grows with the strength's square.
     let is_derived = spec.energy_criterion.is_none();
-    let of_tearing = spec.tearing.as_ref().and_then(|spec| spec.toughness_along_fibres);
+    let of_tearing = spec.tearing.as_ref().and_then(|spec| spec.toughness_along_fibres.as_ref());
+    let of_tearing = of_tearing.map(|curve| curve.at(0.0));
     let own = energy.map(|energy| energy.toughness.along).or(of_tearing);
     let toughnesses = match (toughness, own) {
         (Some(rows), Some(own)) => Some(over(positive(rows, own, &at("toughness"))?, own)),

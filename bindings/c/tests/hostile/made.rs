@@ -62,6 +62,11 @@ impl Hostile {
             desc.positions = Array::NULL;
         }
         let mut body = RhexisEntity::default();
+        let (of, [entity, _]) = self.entities();
+        let (given, material) = (self.input(&desc), self.random.chance(3));
+        if material {
+            self.judge("material_set", rhexis_material_set(of, entity, given));
+        }
         let (world, desc, body_out) = (self.world(), self.input(&desc), self.out(&mut body));
         if self.judge("body_create", rhexis_body_create(world, desc, body_out)) {
             self.note(world, body);

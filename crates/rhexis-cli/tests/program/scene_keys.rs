@@ -390,6 +390,155 @@ fn a_section_of_a_bent_sheet_balances_its_hold() {
     }
 }
 
+/// A sheet at a constant stretch of a tenth, with a material and more of a body.
+fn stretched(mode: &str, material: &str, body: &str) -> Result<Instance, String> {
+    let text = format!(
+        "[scene]\nname = 'w'\n[run]\nmode = '{mode}'\ndt = 2\nsteps = 20\nadvanced.linear_tolerance = 1e-10\n[[bodies]]\nname = 'b'\n\
+         mesh = {{ grid = {{ width = 10, height = 10, nx = 4, ny = 4 }} }}\nplanar = true\ninitial = {{ stretch = [[1.1, 0, 0], [0, 1, 0], [0, 0, 1]] }}\n\
+         material = {{ {material} }}\n{body}\n{LEFT}\
+         [[bodies.holds]]\nname = 'right'\nregion = {{ x = 10 }}\nmove = {{ offset = [1, 0, 0] }}\n\
+         [[bodies.holds]]\nname = 'sides'\nregion = {{ any = [{{ y = 0 }}, {{ y = 10 }}] }}\naxes = 'y'\n"
+    );
+    Scene::parse(&text, "w.toml").and_then(|scene| scene.instantiate()).map_err(|error| error.to_string())
+}
+
+fn pull(instance: &Instance) -> f64 {
+    instance.simulation.reactions(instance.bodies[0]).unwrap()[1].1.x
+}
+
+#[test]
+fn a_modulus_that_changes_over_time_changes_the_force_at_every_step() {
+    let whole = "young = 2, poisson = 0.3, thickness = 0.1";
+    let curve = "[[0, 1], [10, 1], [30, 0.5]]";
+    let of = |factor: f64, at: f64| factor * (1.0 - 0.5 * ((at - 10.0) / 20.0).clamp(0.0, 1.0));
+    let grading = "grading = { ratio_at_rim = 3, radius = 8 }";
+    for (mode, material, body) in [
+        (
+            "static",
+            format!("young = {}, poisson = 0.3, thickness = 0.1", curve.replace("1]", "2]").replace("0.5]", "1]")),
+            "",
+        ),
+        (
+            "dynamic",
+            format!("young = {}, poisson = 0.3, thickness = 0.1", curve.replace("1]", "2]").replace("0.5]", "1]")),
+            "",
+        ),
+        (
+            "static",
+            format!("young = 2, poisson = 0.3, thickness = {}", curve.replace("1]", "0.1]").replace("0.5]", "0.05]")),
+            "",
+        ),
+        (
+            "static",
+            format!("young = {}, poisson = 0.3, thickness = 0.1", curve.replace("1]", "2]").replace("0.5]", "1]")),
+            grading,
+        ),
+    ] {
+        let mut constant = stretched("static", whole, body).unwrap();
+        constant.advance().unwrap();
+        let before = pull(&constant);
+        let mut instance = stretched(mode, &material, body).unwrap();
+        for step in 1..=20 {
+            instance.advance().unwrap();
+            // The solve is to 1e-10 of its right-hand side.
+            let expected = of(before, 2.0 * f64::from(step));
+            assert!(
+                (pull(&instance) / expected - 1.0).abs() < 1e-7,
+                "{mode} {material} {step}: {} {expected}",
+                pull(&instance)
+            );
+        }
+        assert!(!instance.simulation.report().has_failed);
+    }
+}
+
+#[test]
+fn tissue_that_stiffens_at_rest_is_no_energy_of_the_step() {
+    let material = "young = [[0, 1], [4, 1], [8, 100]], poisson = 0.3, thickness = 0.1";
+    let mut instance = stretched("dynamic", material, "damping = 1").unwrap();
+    for _ in 0..20 {
+        instance.advance().unwrap();
+        assert_eq!(instance.simulation.report().rolled_back, 0);
+    }
+    let soft = stretched("static", "young = 1, poisson = 0.3, thickness = 0.1", "").and_then(|mut instance| {
+        instance.advance().map_err(|error| error.to_string())?;
+        Ok(pull(&instance))
+    });
+    assert!((pull(&instance) / soft.unwrap() / 100.0 - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn thresholds_change_over_time_with_the_material() {
+    let tearing =
+        "tearing = { toughness_along_fibres = [[0, 1e-3], [20, 4e-3]], toughness_across_fibres = 2e-3, radius = 2 }";
+    let mut instance =
+        stretched("static", "young = [[0, 2], [40, 1]], poisson = 0.3, thickness = 0.1", tearing).unwrap();
+    for _ in 0..5 {
+        instance.advance().unwrap();
+    }
+    let world = instance.simulation.world();
+    let energy = world.get::<&rhexis::components::EnergyCriterion>(instance.bodies[0].entity()).unwrap();
+    // At 10 ms.
+    assert_eq!([energy.toughness.along, energy.toughness.across], [2.5e-3, 2e-3]);
+    let own = world.get::<&rhexis::components::Tearing>(instance.bodies[0].entity()).unwrap();
+    let at_once = "tearing = { toughness_along_fibres = 2.5e-3, toughness_across_fibres = 2e-3, radius = 2 }";
+    let constant = stretched("static", "young = 1.75, poisson = 0.3, thickness = 0.1", at_once).unwrap();
+    let there = constant.simulation.world().get::<&rhexis::components::Tearing>(constant.bodies[0].entity());
+    assert_eq!(*own, *there.unwrap());
+}
+
+#[test]
+fn a_changing_material_is_resumed_and_replayed_to_the_same_bits() {
+    let material = "young = [[0, 1], [30, 2]], poisson = 0.3, thickness = [[4, 0.1], [20, 0.08]]";
+    let tearing =
+        "tearing = { strength_along_fibres = [[0, 5], [40, 4]], strength_ratio = 2, radius = 2 }\ndamping = 1";
+    let mut whole = stretched("dynamic", material, tearing).unwrap();
+    whole.simulation.record();
+    (0..12).for_each(|_| _ = whole.advance().unwrap());
+    let recording = whole.simulation.end_recording().unwrap();
+    let recording = rhexis::replay::Recording::from_bytes(&recording.to_bytes().unwrap()).unwrap();
+    assert_eq!(recording.replay().unwrap().hash(), whole.simulation.hash());
+    let mut half = stretched("dynamic", material, tearing).unwrap();
+    (0..6).for_each(|_| _ = half.advance().unwrap());
+    let mut resumed = stretched("dynamic", material, tearing).unwrap();
+    let bytes = half.simulation.snapshot().to_bytes().unwrap();
+    resumed.resume(&rhexis::snapshot::Snapshot::from_bytes(&bytes).unwrap(), half.progress()).unwrap();
+    (6..12).for_each(|_| _ = resumed.advance().unwrap());
+    assert_eq!(resumed.simulation.hash(), whole.simulation.hash());
+}
+
+#[test]
+fn curves_that_are_no_material_are_refused_by_time_and_key() {
+    for (material, body, what) in [
+        (
+            "young = [[0, 1], [5, -1]], poisson = 0.3, thickness = 0.1",
+            "",
+            "bodies.0.material.young: at 5 ms: -1 MPa is not above zero",
+        ),
+        ("young = 1, poisson = 0.3, thickness = [[0, 0.1], [5, 0]]", "", "bodies.0.material.thickness: at 5 ms"),
+        ("young = 1, poisson = 0.3, thickness = [0.1, 0.2]", "", "per_triangle"),
+        ("young = 'soft', poisson = 0.3, thickness = 0.1", "", "give a number, a list of points"),
+        (
+            "young_fibre = [[0, 4], [10, 1]], young_transverse = 1.5, poisson_major = 0.9, thickness = 0.1",
+            "",
+            "bodies.0.material.poisson_major: at 10 ms",
+        ),
+        (
+            "young = [[0, 1], [5, 2]], poisson = 0.3, thickness = 0.1",
+            "[[bodies.materials]]\nregion = { all = true }\nmaterial = { young = 1, poisson = 0.3, thickness = 0.1 }\n",
+            "that of a whole body",
+        ),
+        (
+            "young = 1, poisson = 0.3, thickness = 0.1",
+            "tearing = { strength_along_fibres = [[0, 1], [3, 0]], strength_ratio = 1, radius = 1 }",
+            "bodies.0.tearing.strength_along_fibres: at 3 ms",
+        ),
+    ] {
+        let refused = stretched("static", material, body).err().unwrap();
+        assert!(refused.contains(what), "{refused}");
+    }
+}
+
 #[test]
 fn pictures_and_frames_are_made_every_so_often() {
     let folder = tempfile::tempdir().unwrap();

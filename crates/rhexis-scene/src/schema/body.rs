@@ -3,9 +3,11 @@
 use super::constraint::{ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, RegionSpec, SpringSpec};
 use super::per_triangle::PerTriangleSpec;
 use super::tool::{BladeSpec, CutSpec, PunctureSpec};
-use super::{Exactly, HolzapfelGasserOgdenSpec, MeshSpec, Point, StiffeningFibresSpec, Strain, TimeCurve};
+use super::{Exactly, HolzapfelGasserOgdenSpec, MeshSpec, Numbers, Point, StiffeningFibresSpec, Strain, TimeCurve};
+use rhexis::components::Curve;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, Visitor};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -121,7 +123,8 @@ pub struct PartSpec {
 }
 
 /// `material`: either `young` and `poisson`, or `young_fibre`, `young_transverse`, `poisson_major` and, if known,
-/// `shear_modulus`; or `model = "neo_hookean"` and `mu`.
+/// `shear_modulus`; or `model = "neo_hookean"` and `mu`. Moduli and thickness may change over time, as tissue ages or dries: every step takes
+/// those at its end. Not with `materials`, and not in them.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialSpec {
@@ -129,22 +132,22 @@ pub struct MaterialSpec {
     #[serde(default)]
     pub model: MaterialModelSpec,
     /// Shear modulus μ \[MPa\] of a neo-Hookean material, > 0.
-    pub mu: Option<f64>,
+    pub mu: Option<TimeCurve>,
     /// Isotropic Young's modulus \[MPa\].
-    pub young: Option<f64>,
+    pub young: Option<TimeCurve>,
     /// Isotropic Poisson ratio, −1 to 1.
     pub poisson: Option<f64>,
     /// Young's modulus along the fibre \[MPa\].
-    pub young_fibre: Option<f64>,
+    pub young_fibre: Option<TimeCurve>,
     /// Young's modulus across the fibre \[MPa\].
-    pub young_transverse: Option<f64>,
+    pub young_transverse: Option<TimeCurve>,
     /// Major Poisson ratio: strain across from stress along; its square times E_T/E_F must stay below 1.
     pub poisson_major: Option<f64>,
     /// Shear modulus \[MPa\]; Huber's √(E_F·E_T)/(2(1+√(ν_F·ν_T))) if absent.
-    pub shear_modulus: Option<f64>,
-    /// Thickness \[mm\].
+    pub shear_modulus: Option<TimeCurve>,
+    /// Thickness \[mm\]. It changes the mass, too. No curve with `per_triangle.thickness`.
     #[serde(deserialize_with = "one_thickness")]
-    pub thickness: f64,
+    pub thickness: TimeCurve,
     /// Density \[g/mm³\]. Default 1e-3.
     #[serde(default = "density")]
     pub density: f64,
@@ -275,20 +278,21 @@ pub enum CriterionSpec {
 /// `tearing`: the criterion of Allard, Marchal and Cotin 2009, eq. 2–6, corrected.
 ///
 /// Either strengths or toughnesses: strengths where the stress at failure was measured and `radius` is a length of the tissue,
-/// toughnesses where the energy per area of tear was. `rhexis check` prints the ones that follow from the others.
+/// toughnesses where the energy per area of tear was. `rhexis check` prints the ones that follow from the others. They may change over
+/// time: every step takes those at its end.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TearingSpec {
     /// Strength against tearing along the fibres σ̄_T \[MPa\], > 0.
-    pub strength_along_fibres: Option<f64>,
+    pub strength_along_fibres: Option<TimeCurve>,
     /// Strength against tearing across the fibres σ̄_F \[MPa\], > 0. Give either this or `strength_ratio`.
-    pub strength_across_fibres: Option<f64>,
+    pub strength_across_fibres: Option<TimeCurve>,
     /// σ̄_F/σ̄_T, > 0.
     pub strength_ratio: Option<f64>,
     /// Toughness G_c \[N/mm\], > 0, of a crack along the fibres. With `material`'s constants, even under a `grading`.
-    pub toughness_along_fibres: Option<f64>,
+    pub toughness_along_fibres: Option<TimeCurve>,
     /// Toughness G_c \[N/mm\], > 0, of a crack straight across the fibres.
-    pub toughness_across_fibres: Option<f64>,
+    pub toughness_across_fibres: Option<TimeCurve>,
     /// `"energy"` or `"stress"`: what tips decide by. Default `"energy"` where toughnesses are given, `"stress"` where strengths are.
     pub criterion: Option<CriterionSpec>,
     /// Exponent α of the threshold between them, > 0. Default 0.5.
@@ -331,10 +335,11 @@ pub struct TearRateSpec {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnergyCriterionSpec {
-    /// Toughness G_c \[N/mm\], > 0, of a crack along the fibres; in between as strengths, with `exponent` of `tearing`.
-    pub toughness_along_fibres: f64,
+    /// Toughness G_c \[N/mm\], > 0, of a crack along the fibres; in between as strengths, with `exponent` of `tearing`. Both may change over
+    /// time.
+    pub toughness_along_fibres: TimeCurve,
     /// Toughness G_c \[N/mm\], > 0, of a crack straight across the fibres.
-    pub toughness_across_fibres: f64,
+    pub toughness_across_fibres: TimeCurve,
     /// Radius of the ring over `radius` of `tearing`, above 0, at most 100. Default 2.
     #[serde(default = "ring")]
     pub ring: f64,
@@ -387,19 +392,30 @@ pub struct InitialSpec {
     pub spin: Point,
 }
 
-/// One number; for what else people write there the error says where it goes.
-fn one_thickness<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+/// One number or a curve; for lists per triangle, which people write there, the error says where they go.
+fn one_thickness<'de, D: Deserializer<'de>>(deserializer: D) -> Result<TimeCurve, D::Error> {
+    const SHAPE: &str = "one number in mm, or a curve over time; values per triangle are `per_triangle = { thickness = … }`, beside it: an array of the mesh file, a list or { file = \"…\" }";
     struct Read;
     impl<'de> Visitor<'de> for Read {
-        type Value = f64;
+        type Value = TimeCurve;
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("one number in mm; values per triangle are `per_triangle = { thickness = … }`, beside it: an array of the mesh file, a list or { file = \"…\" }")
+            f.write_str(SHAPE)
         }
-        fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
-            Ok(value)
+        fn visit_f64<E: Error>(self, value: f64) -> Result<TimeCurve, E> {
+            Ok(TimeCurve(Curve::constant(value)))
         }
-        fn visit_i64<E: Error>(self, value: i64) -> Result<f64, E> {
-            Ok(value as f64)
+        fn visit_i64<E: Error>(self, value: i64) -> Result<TimeCurve, E> {
+            self.visit_f64(value as f64)
+        }
+        fn visit_seq<A: SeqAccess<'de>>(self, access: A) -> Result<TimeCurve, A::Error> {
+            let numbers = Numbers::deserialize(SeqAccessDeserializer::new(access))?;
+            match numbers.flat() {
+                Some(_) => Err(A::Error::invalid_type(Unexpected::Seq, &self)),
+                None => TimeCurve::through(&numbers).map_err(A::Error::custom),
+            }
+        }
+        fn visit_map<A: MapAccess<'de>>(self, access: A) -> Result<TimeCurve, A::Error> {
+            TimeCurve::deserialize(MapAccessDeserializer::new(access))
         }
     }
     deserializer.deserialize_any(Read)

@@ -161,7 +161,7 @@ impl<'de> Deserialize<'de> for TimeCurve {
                 self.visit_f64(value as f64)
             }
             fn visit_seq<A: SeqAccess<'de>>(self, access: A) -> Result<TimeCurve, A::Error> {
-                through_points(&Numbers::deserialize(SeqAccessDeserializer::new(access))?).map_err(A::Error::custom)
+                TimeCurve::through(&Numbers::deserialize(SeqAccessDeserializer::new(access))?).map_err(A::Error::custom)
             }
             fn visit_map<A: MapAccess<'de>>(self, access: A) -> Result<TimeCurve, A::Error> {
                 let NamedCurve { hand } = NamedCurve::deserialize(MapAccessDeserializer::new(access))?;
@@ -172,15 +172,23 @@ impl<'de> Deserialize<'de> for TimeCurve {
     }
 }
 
-fn through_points(numbers: &Numbers) -> Result<TimeCurve, String> {
-    const SHAPE: &str = "not a curve; write one number or [[time, value], …]";
-    let Numbers::List(list) = numbers else { return Err(SHAPE.into()) };
-    let point = |row: &Numbers| match row.flat().as_deref() {
-        Some(&[time, value]) => Ok((time, value)),
-        _ => Err(SHAPE),
-    };
-    let points = list.iter().map(point).collect::<Result<Vec<_>, _>>()?;
-    Curve::new(points).map(TimeCurve).map_err(|bad| format!("{bad}; write [[time, value], …] with ascending times"))
+impl TimeCurve {
+    /// The curve through a list of points.
+    pub(super) fn through(numbers: &Numbers) -> Result<Self, String> {
+        const SHAPE: &str = "not a curve; write one number or [[time, value], …]";
+        let Numbers::List(list) = numbers else { return Err(SHAPE.into()) };
+        let point = |row: &Numbers| match row.flat().as_deref() {
+            Some(&[time, value]) => Ok((time, value)),
+            _ => Err(SHAPE),
+        };
+        let points = list.iter().map(point).collect::<Result<Vec<_>, _>>()?;
+        Curve::new(points).map(Self).map_err(|bad| format!("{bad}; write [[time, value], …] with ascending times"))
+    }
+
+    /// The value at a time \[ms\].
+    pub(crate) fn at(&self, time: f64) -> f64 {
+        self.0.at(time)
+    }
 }
 
 /// A way through space: `[[time, [x, y, z]], …]` with ascending times \[ms\], straight between and at rest outside.
