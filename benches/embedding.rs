@@ -28,6 +28,7 @@ fn pinched() -> (Simulation, BodyId) {
         material_point: DVec3::new(12.0, 17.0, 0.0),
         jaws: Jaws { radius: 1.0, stiffness: Some(0.2), ..Jaws::default() },
         path: Path { points: vec![(0.0, DVec3::ZERO), (1000.0, DVec3::new(2.0, 1.0, 0.0))] },
+        turns: Path::default(),
     };
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).expect("threads");
     let body = square(CELLS, hand()).with(Grips::new(vec![grip])).with(Changes::default());

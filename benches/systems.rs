@@ -72,6 +72,7 @@ fn laden(cells: [usize; 2]) -> (Simulation, BodyId) {
         material_point: DVec3::new(7.0, 7.0, 0.0),
         jaws: Jaws { radius: 1.0, stiffness: Some(1e-4), ..Jaws::default() },
         path: Path { points: vec![(0.0, DVec3::ZERO)] },
+        turns: Path::default(),
     };
     let factor = Curve::constant(1.0);
     let point_load = PointLoad { rows: along_top.clone(), force: DVec3::Y * 1e-6, curve: factor.clone() };

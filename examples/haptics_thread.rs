@@ -30,6 +30,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
         near_tip: None,
         jaws: Jaws { radius: 0.8, stiffness: Some(0.2), ..Jaws::default() },
         path: Path { points: vec![(1.0, DVec3::ZERO), (2.0, DVec3::ZERO)] },
+        turns: Path::default(),
     };
     sheet = sheet
         .hold(Hold { name: "rim".into(), members, axes: [true; 3], curve: Curve::constant(1.0) })

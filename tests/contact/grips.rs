@@ -27,6 +27,7 @@ fn pinched(cells: usize) -> Membrane {
         near_tip: None,
         jaws: Jaws { radius: 1.6, stiffness: Some(STIFFNESS), ..Jaws::default() },
         path: Path { points: vec![(0.0, DVec3::ZERO), (10.0, HAND)] },
+        turns: Path::default(),
     };
     let hold = Hold { name: "all".into(), members, axes: [true; 3], curve: Curve::constant(0.0) };
     sheet.hold(hold).with(Grips::new(vec![grip]))

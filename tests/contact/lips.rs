@@ -42,6 +42,7 @@ fn no_jaws_take_the_other_lip() {
         near_tip: None,
         jaws: Jaws { radius: RADIUS, ..Jaws::default() },
         path: Path::default(),
+        turns: Path::default(),
     };
     let (mut simulation, body) = slit(|sheet| sheet.with(Grips::new(vec![script])));
     simulation.step(1.0).unwrap();

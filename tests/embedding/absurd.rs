@@ -99,6 +99,7 @@ impl Dice {
             }),
             jaws: dice.jaws(),
             path: dice.path(),
+            turns: dice.path(),
         };
         let mut grips = Grips::new((0..self.below(3)).map(|_| grip(self)).collect());
         if self.below(2) == 0 {

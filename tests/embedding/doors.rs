@@ -96,6 +96,7 @@ fn a_body_with_rows_or_numbers_that_are_none_is_not_spawned() {
         near_tip: None,
         jaws: Jaws::default(),
         path: Path::default(),
+        turns: Path::default(),
     };
     refused(sheet().with(Grips::new(vec![grip.clone()])), &["Grips", "material point"]);
     let path = Path { points: vec![(1.0, DVec3::ZERO), (0.0, DVec3::X)] };

@@ -32,6 +32,7 @@ fn sheet() -> Membrane {
         near_tip: None,
         jaws: Jaws { radius: 0.6, ..Jaws::default() },
         path: Path { points: vec![(0.0, DVec3::ZERO), (10.0, DVec3::new(0.2, 0.1, 0.0))] },
+        turns: Path::default(),
     };
     sheet
         .hold(Hold { name: "edge".into(), members, axes: [true; 3], curve })

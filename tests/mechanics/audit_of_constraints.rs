@@ -44,6 +44,7 @@ fn rigid_jaws_of_a_script_do_their_work() {
             near_tip: None,
             jaws: Jaws { radius: 1.5, ..Jaws::default() },
             path: Path { points: vec![(0.0, DVec3::ZERO), (60.0, DVec3::new(1.0, 0.2, 0.0))] },
+            turns: Path::default(),
         };
         let body = simulation.spawn(sheet(is_planar).with(Grips::new(vec![grip]))).unwrap();
         for _ in 0..100 {

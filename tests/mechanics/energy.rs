@@ -52,6 +52,7 @@ fn loaded_sheet() -> Membrane {
         near_tip: None,
         jaws: Jaws { radius: 2.5, stiffness: Some(0.02), ..Jaws::default() },
         path: Path { points: vec![(4.0, DVec3::ZERO), (30.0, DVec3::new(0.2, 0.4, 0.8))] },
+        turns: Path::default(),
     };
     sheet
         .hold(left)

@@ -194,6 +194,7 @@ fn a_held_vertex_on_the_path_is_kept_shut_and_told() {
         material_point: mm(15.0, 15.0),
         jaws: Jaws { radius: 0.1, stiffness: Some(1000.0), ..Jaws::default() },
         path: Path { points: vec![(0.0, DVec3::ZERO)] },
+        turns: Path::default(),
     };
     for (what, membrane) in
         [("hold", square.membrane().hold(pin)), ("grip", square.membrane().with(Grips::new(vec![grip])))]

@@ -46,7 +46,7 @@ pub(super) struct Observation {
     pub reactions: Vec<(String, DVec3)>,
     /// Force of every grip on the tissue \[N\].
     pub grips: Vec<(String, DVec3)>,
-    /// Torque of every turned hold on its body about its pivot \[N·mm\].
+    /// Torque of every hold that turns on its body about its pivot, and of every grip that turns about its jaws \[N·mm\].
     pub torques: Vec<(String, DVec3)>,
     /// Position \[mm\] and largest principal stress \[MPa\] of every probe.
     pub probes: Vec<(String, DVec3, f64)>,
@@ -104,6 +104,8 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         }
         if let Ok(grips) = world.get::<&Grips>(body.entity()) {
             o.grips.extend(grips.pinches.iter().map(|pinch| (named(&name, &pinch.name), pinch.force)));
+            let turning = grips.list.iter().zip(&grips.pinches).filter(|(grip, _)| !grip.turns.points.is_empty());
+            o.torques.extend(turning.map(|(_, pinch)| (named(&name, &pinch.name), pinch.torque)));
         }
         o.own.push([before[0]..o.reactions.len(), before[1]..o.grips.len()]);
         if let Ok(log) = world.get::<&TearLog>(body.entity()) {

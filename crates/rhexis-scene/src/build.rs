@@ -468,7 +468,8 @@ fn boundary_conditions(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile,
         membrane = membrane.with(springs(spec, mesh, &surface, key)?);
     }
     if !spec.grips.is_empty() {
-        let grips = spec.grips.iter().enumerate().map(|(i, grip)| grasp::grip(grip, &format!("{key}.grips.{i}")));
+        let grips =
+            spec.grips.iter().enumerate().map(|(i, grip)| grasp::grip(grip, spec.planar, &format!("{key}.grips.{i}")));
         membrane = membrane.with(Grips::new(grips.collect::<Result<_, Fault>>()?));
     }
     Ok(membrane)

@@ -2,7 +2,7 @@
 
 use super::error::{Fault, not_negative, positive};
 use super::schema::{ArcSpec, GripSpec, NearTipSpec};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rhexis::components::{Grip, Jaws, NearTip, Path, Slip};
 use rhexis::math::elementary;
 
@@ -10,7 +10,7 @@ use rhexis::math::elementary;
 const ARC_PIECE: f64 = 1.0;
 
 /// One grip.
-pub(super) fn grip(spec: &GripSpec, key: &str) -> Result<Grip, Fault> {
+pub(super) fn grip(spec: &GripSpec, is_planar: bool, key: &str) -> Result<Grip, Fault> {
     if spec.until <= spec.from {
         let what = format!("the release at {} ms is not after the grasp at {} ms", spec.until, spec.from);
         return Err(Fault::new(format!("{key}.until"), what, "let `until` be later than `from`"));
@@ -38,7 +38,19 @@ pub(super) fn grip(spec: &GripSpec, key: &str) -> Result<Grip, Fault> {
         near_tip: spec.near_tip.as_ref().map(|near| near_tip(near, spec.at.0)),
         jaws: jaws(spec, key)?,
         path: Path { points },
+        turns: turns(spec, is_planar, key)?,
     })
+}
+
+/// Rotation vectors of the hand \[rad\].
+fn turns(spec: &GripSpec, is_planar: bool, key: &str) -> Result<Path, Fault> {
+    let Some(rotate) = &spec.rotate else { return Ok(Path::default()) };
+    if is_planar && rotate.0.points.iter().any(|(_, vector)| vector.truncate() != DVec2::ZERO) {
+        let what = "the hand turns a planar body about z only";
+        return Err(Fault::new(format!("{key}.rotate"), what, "give [0, 0, angle], or remove `planar`"));
+    }
+    let radians = |&(time, degrees): &(f64, DVec3)| (time, degrees.map(f64::to_radians));
+    Ok(Path { points: rotate.0.points.iter().map(radians).collect() })
 }
 
 fn jaws(spec: &GripSpec, key: &str) -> Result<Jaws, Fault> {
@@ -95,7 +107,7 @@ mod tests {
 
     fn parse(text: &str) -> Result<Grip, Fault> {
         let head = "name = 'g'\nat = [2, 0]\nfrom = 10\nuntil = 50\nradius = 0.1\nstiffness = 1\n";
-        grip(&toml::from_str(&format!("{head}{text}")).unwrap(), "grip")
+        grip(&toml::from_str(&format!("{head}{text}")).unwrap(), false, "grip")
     }
 
     #[test]

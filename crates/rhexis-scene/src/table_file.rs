@@ -3,7 +3,10 @@
 use super::document::join;
 use super::error::Fault;
 use super::files::Files;
+use glam::{DVec3, DVec4};
+use rhexis::math::elementary;
 use serde::Deserialize;
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 /// Largest file that is read \[bytes\].
@@ -15,7 +18,8 @@ const MOST_BYTES: u64 = 64 << 20;
 pub struct TableSpec {
     /// CSV file with a row per point, `,`, `;` or tabs between its columns; relative to the scene file.
     pub csv: PathBuf,
-    /// Columns to be read, by their names or their places from 0: time first, then the value, or x, y and z. Default all.
+    /// Columns to be read, by their names or their places from 0: time first, then the value, or x, y and z. Of a `rotate` also the four of a
+    /// quaternion, x, y, z and w; from row to row the shorter way round is taken. Default all.
     #[serde(default)]
     pub columns: Vec<ColumnSpec>,
     /// Unit of the times: `"ms"` (default) or `"s"`.
@@ -62,6 +66,7 @@ pub(super) fn read(spec: &TableSpec, files: &Files, key: &str) -> Result<String,
         .has_headers(false)
         .from_reader(text.as_bytes());
     let (mut columns, mut rows): (Option<Vec<usize>>, Vec<String>) = (None, Vec::new());
+    let mut turned = DVec3::ZERO;
     for record in reader.records() {
         let hint = "every row has as many numbers as the first";
         let record = record.map_err(|error| at_file(format!("{}: {error}", path.display()), hint))?;
@@ -83,12 +88,32 @@ pub(super) fn read(spec: &TableSpec, files: &Files, key: &str) -> Result<String,
                 at_file(what, "give numbers with a point, as 1.5 or 2e-3")
             })?);
         }
+        if let [time, x, y, z, w] = numbers[..] {
+            turned = rotation_vector(DVec4::new(x, y, z, w), turned).ok_or_else(|| {
+                let what = format!("{}:{line}: the quaternion is zero", path.display());
+                at_file(what, "give x, y, z and w of a rotation")
+            })?;
+            let degrees = turned.map(f64::to_degrees);
+            numbers = vec![time, degrees.x, degrees.y, degrees.z];
+        }
         rows.push(row(&numbers, spec.time_unit));
     }
     if rows.is_empty() {
         return Err(at_file(format!("{} has no row of numbers", path.display()), "give a row per point, time first"));
     }
     Ok(format!("[{}]", rows.join(", ")))
+}
+
+/// The rotation vector \[rad\] of a quaternion, of any length but zero, that is nearest to another one.
+fn rotation_vector(quaternion: DVec4, near: DVec3) -> Option<DVec3> {
+    let DVec4 { x, y, z, w } = quaternion.try_normalize()?;
+    let part = DVec3::new(x, y, z);
+    let sine = part.length();
+    // Without a turn any axis will do: a tracker that comes round is back at whole turns about the one it had.
+    let axis = part.try_normalize().or_else(|| near.try_normalize())?;
+    let angle = 2.0 * elementary::atan2(sine, w);
+    let turns = ((near.dot(axis) - angle) / TAU).round();
+    Some(axis * (angle + turns * TAU))
 }
 
 /// The separator of columns: a semicolon or a tab where the first rows have any, else a comma.
@@ -123,11 +148,12 @@ fn places(
     };
     let given: Vec<usize> = spec.columns.iter().enumerate().map(place).collect::<Result<_, _>>()?;
     let columns = if given.is_empty() { (0..count).collect() } else { given };
-    if (2..=4).contains(&columns.len()) {
+    let most = if key == "rotate" || key.ends_with(".rotate") { 5 } else { 4 };
+    if (2..=most).contains(&columns.len()) {
         return Ok(columns);
     }
     let what = format!("{} gives {} column(s) a point", path.display(), columns.len());
-    let hint = "choose by `columns` the time and the value, or the time and x, y, z";
+    let hint = "choose by `columns` the time and the value, or the time and x, y, z; of a `rotate` also the time and a quaternion's x, y, z, w";
     Err(Fault::new(format!("{key}.columns"), what, hint))
 }
 
@@ -171,6 +197,29 @@ mod tests {
         let scene = document.scene().unwrap();
         let path = scene.file().obstacles[0].path.as_ref().unwrap();
         assert_eq!(path.0.points[1], (10.0, glam::DVec3::new(1.0, 2.0, 3.0)));
+    }
+
+    #[test]
+    fn turns_are_read_from_quaternions_without_a_jump() {
+        // Twice round about z in steps of 60°, as a tracker tells it, whose sign turns over.
+        let row = |k: u32| {
+            let half = 30_f64.to_radians() * f64::from(k);
+            let sign = if half.cos() < 0.0 { -1.0 } else { 1.0 };
+            format!("{k},0,0,{:?},{:?}\n", sign * half.sin(), sign * half.cos())
+        };
+        let table: String = (0..=12).map(row).collect();
+        let read = |table: String, key: &str| {
+            let mut document = Document::named("capsulorhexis").unwrap().with_file("turn.csv", table.into_bytes());
+            document.set(&format!("obstacles.0.{key}={{ csv = \"turn.csv\" }}")).unwrap();
+            document.scene().map_err(|error| error.to_string())
+        };
+        let scene = read(table.clone(), "rotate").unwrap();
+        let turns = &scene.file().obstacles[0].rotate.as_ref().unwrap().0.points;
+        for (k, (time, degrees)) in turns.iter().enumerate() {
+            assert!(*time == k as f64 && degrees.distance(glam::DVec3::Z * (60.0 * k as f64)) < 1e-9, "{degrees}");
+        }
+        assert!(read(table, "path").unwrap_err().contains("5 column(s) a point"));
+        assert!(read("0,0,0,0,0\n".to_owned(), "rotate").unwrap_err().contains("turn.csv:1: the quaternion is zero"));
     }
 
     #[test]

@@ -3,7 +3,8 @@
 use crate::components::BodyError;
 use crate::components::check::{Check, Host, MOST_COUNTED, at_row, finite, number, place};
 use crate::components::{Jaws, Pinch, Pose};
-use glam::DVec3;
+use crate::math::elementary;
+use glam::{DQuat, DVec3};
 
 /// Vertices for which every grip has room from the start: jaws are small, and close in the middle of a course.
 const USUAL_PINCH: usize = 64;
@@ -44,9 +45,8 @@ pub struct NearTip {
 
 /// Forceps by script. In the steps that begin between `from` and `until` the jaws hold every vertex whose rest
 /// position lies within their radius of `material_point`, on the surface that hangs together with it there. They carry it by the hand's
-/// displacement. Vertices that edits add between the held ones are held as well. Tissue that has slipped out is not taken again.
+/// displacement and turn. Vertices that edits add between the held ones are held as well. Tissue that has slipped out is not taken again.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grip {
     /// Name in reports.
     pub name: String,
@@ -62,13 +62,27 @@ pub struct Grip {
     pub jaws: Jaws,
     /// The hand's path.
     pub path: Path,
+    /// Rotation vectors of the hand \[rad\] about where the jaws are: along the axis, as long as the angle. No points for a hand that does not
+    /// turn.
+    pub turns: Path,
 }
 
 impl Grip {
-    /// Where the jaws are at a time \[ms\], if they closed at `origin`, by whose orientation the path is turned.
+    /// Where the jaws are at a time \[ms\], if they closed at `origin`, by whose orientation path and turns are turned.
     pub fn pose(&self, origin: &Pose, time: f64) -> Pose {
-        Pose::at(origin.carry(self.path.at(time) - self.path.at(self.from)))
+        let position = origin.carry(self.path.at(time) - self.path.at(self.from));
+        if self.turns.points.is_empty() {
+            return Pose::at(position);
+        }
+        let turn = rotation(self.turns.at(time)) * rotation(self.turns.at(self.from)).inverse();
+        let orientation = origin.orientation * turn * origin.orientation.inverse();
+        Pose { position, orientation: orientation.normalize() }
     }
+}
+
+/// The rotation of a vector along its axis, as long as its angle \[rad\].
+fn rotation(vector: DVec3) -> DQuat {
+    vector.try_normalize().map_or(DQuat::IDENTITY, |axis| elementary::rotation(axis, vector.length()))
 }
 
 /// The grips of a body. *Parameter* `list`; the rest follows from it and from the forceps in the world.
@@ -149,7 +163,8 @@ impl Grip {
             let directions = near.axis.to_array().into_iter().chain(near.heading.to_array());
             place("Grips", "axis or heading at the tip", directions)?;
         }
-        self.path.check("Grips")
+        self.path.check("Grips")?;
+        self.turns.check("Grips")
     }
 }
 

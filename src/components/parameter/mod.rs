@@ -21,6 +21,8 @@ pub(super) mod refinement;
 #[cfg(feature = "snapshot")]
 mod saved_contact;
 #[cfg(feature = "snapshot")]
+mod saved_grip;
+#[cfg(feature = "snapshot")]
 mod saved_tearing;
 pub(super) mod self_contact;
 pub(super) mod sleeping;

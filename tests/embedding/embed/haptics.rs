@@ -28,6 +28,7 @@ fn pinched(cells: usize, hand: DVec3) -> (Simulation, BodyId) {
         near_tip: None,
         jaws: Jaws { radius: 0.8, stiffness: Some(PINCH), ..Jaws::default() },
         path: Path { points: vec![(1.0, DVec3::ZERO), (10.0, hand)] },
+        turns: Path::default(),
     };
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
     let body = simulation.spawn(sheet.with(Grips::new(vec![grip]))).unwrap();

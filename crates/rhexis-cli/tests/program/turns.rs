@@ -221,3 +221,91 @@ fn a_turning_rod_twists_what_it_pushes() {
     // The rim is held against it, to the tolerance of the accurate settings and what has not died down.
     assert!((torque / twisted + 1.0).abs() < 0.005, "{torque} {twisted}");
 }
+
+#[test]
+fn forceps_that_turn_carry_what_they_hold_and_their_torque_is_in_the_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let body = format!("planar = true\n{SQUARE}\ndamping = 1\ndrag = 1e-4");
+    let rim = "[[bodies.holds]]\nname = 'rim'\nregion = { boundary = true }\n";
+    // A quarter turn about a point that moves by a millimetre.
+    let grip = |more: &str| {
+        format!(
+            "[[bodies.grips]]\nname = 'jaws'\nat = [5, 5]\nfrom = 0\nuntil = 30\nradius = 1.9\n\
+             path = [{{ by = [1, 0, 0], end = 20 }}]\nrotate = [[0, [0, 0, 10]], [20, [0, 0, 100]]]\n{more}"
+        )
+    };
+    let text = format!("{rim}{}", grip(""));
+    let mut whole = scene(folder.path(), "dynamic", &body, &text).unwrap();
+    whole.simulation.record();
+    let mut half = None;
+    for step in 0..20 {
+        if step == 9 {
+            half = Some((whole.simulation.snapshot().to_bytes().unwrap(), whole.progress()));
+        }
+        whole.advance().unwrap();
+    }
+    let world = whole.simulation.world();
+    {
+        let vertices = world.get::<&Vertices>(whole.bodies[0].entity()).unwrap();
+        let grips = world.get::<&rhexis::components::Grips>(whole.bodies[0].entity()).unwrap();
+        let held = grips.pinches[0].held.rows();
+        assert!(held.len() > 4, "{held:?}");
+        for &row in held {
+            let arm = vertices.rest_position[row as usize] - DVec3::new(5.0, 5.0, 0.0);
+            let expected = DVec3::new(6.0 - arm.y, 5.0 + arm.x, 0.0);
+            // A constraint is exact to the rounding of the step's increments.
+            assert!(vertices.position[row as usize].distance(expected) < 1e-9, "{row}");
+        }
+        assert!(grips.pinches[0].torque.z > 0.0 && grips.pinches[0].force.x > 0.0, "{:?}", grips.pinches[0]);
+    }
+    let recording = whole.simulation.end_recording().unwrap().to_bytes().unwrap();
+    let replayed = rhexis::replay::Recording::from_bytes(&recording).unwrap().replay().unwrap();
+    assert_eq!(replayed.hash(), whole.simulation.hash());
+    let mut resumed = scene(folder.path(), "dynamic", &body, &text).unwrap();
+    let (bytes, progress) = half.unwrap();
+    resumed.resume(&rhexis::snapshot::Snapshot::from_bytes(&bytes).unwrap(), progress).unwrap();
+    (9..20).for_each(|_| _ = resumed.advance().unwrap());
+    assert_eq!(resumed.simulation.hash(), whole.simulation.hash());
+    let springy = scene(folder.path(), "dynamic", &body, &format!("{rim}{}", grip("stiffness = 50\n"))).unwrap();
+    let mut springy = springy;
+    (0..20).for_each(|_| _ = springy.advance().unwrap());
+    let world = springy.simulation.world();
+    let grips = world.get::<&rhexis::components::Grips>(springy.bodies[0].entity()).unwrap();
+    assert!(grips.pinches[0].torque.z > 0.0, "{:?}", grips.pinches[0]);
+    let refused = text.replace("[0, 0, 100]", "[0, 9, 0]");
+    let refused = scene(folder.path(), "dynamic", &body, &refused).err().unwrap();
+    assert!(refused.contains("about z only"), "{refused}");
+    scene(folder.path(), "dynamic", &body, &text).unwrap();
+    let run = Command::new(env!("CARGO_BIN_EXE_rhexis")).current_dir(folder.path()).args(["run", "s.toml"]).output();
+    assert!(run.as_ref().unwrap().status.success(), "{run:?}");
+    let series = std::fs::read_to_string(folder.path().join("out/s/series.csv")).unwrap();
+    assert!(series.lines().next().unwrap().contains("b/jaws_torque_z_Nmm"), "{series}");
+}
+
+#[test]
+fn a_rod_that_turns_drags_a_sheet_by_friction() {
+    let folder = tempfile::tempdir().unwrap();
+    let far = |friction: f64, spin: f64| {
+        let body = format!(
+            "mesh = {{ grid = {{ width = 10, height = 4, nx = 20, ny = 8 }} }}\ncontact = {{ friction = {friction} }}\ndamping = 1\ndrag = 1e-3\n\
+             pressure = -1e-4"
+        );
+        let hold = "[[bodies.holds]]\nname = 'left'\nregion = { any = [{ x = 0 }, { x = 10 }] }\n";
+        let rod = format!(
+            "[[obstacles]]\nname = 'rod'\ncylinder = {{ from = [5, -2, -1], to = [5, 6, -1], radius = 1 }}\nspin = [0, {spin}, 0]\n"
+        );
+        let mut instance = scene(folder.path(), "dynamic", &body, &format!("{hold}{rod}")).unwrap();
+        (0..20).for_each(|_| _ = instance.advance().unwrap());
+        let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0].entity()).unwrap();
+        let moved = vertices.rest_position.iter().zip(&vertices.position).map(|(rest, x)| x.x - rest.x);
+        (moved.sum::<f64>() / vertices.len() as f64, instance.obstacle_forces()[0].1.x)
+    };
+    // The rod's top goes along +x where it turns about +y.
+    let (way, force) = far(0.5, 2.0);
+    assert!(way > 0.0 && force > 0.0, "{way} {force}");
+    let (back, against) = far(0.5, -2.0);
+    // Mirrored: the mesh's diagonals alone are not.
+    assert!((way + back).abs() < 0.1 * way && (force + against).abs() < 0.1 * force, "{way} {back} {force} {against}");
+    let (slid, none) = far(0.0, 2.0);
+    assert!(slid.abs() < 0.05 * way && none.abs() < 0.05 * force, "{slid} {none}");
+}

@@ -82,7 +82,8 @@ pub struct HoldSpec {
     /// Factor over time. Default 1.
     #[serde(default)]
     pub curve: TimeCurve,
-    /// `rotate = [[time, [x, y, z]], …]`: by how much they are turned, before they move: along the axis, as long as the angle \[°\].
+    /// `rotate = [[time, [x, y, z]], …]`: by how much they are turned, before they move: along the axis, as long as the angle \[°\]; from a
+    /// table also as quaternions ([`TableSpec`](super::TableSpec)).
     pub rotate: Option<TimePath>,
     /// A point of that axis \[mm\]. Default the origin.
     pub pivot: Option<Point>,
@@ -193,6 +194,9 @@ pub struct GripSpec {
     pub slides: bool,
     /// The hand's path from `at`: what is held moves by the hand's displacement.
     pub path: Vec<LegSpec>,
+    /// `rotate = [[time, [x, y, z]], …]`: by how much the hand is turned about where it is, as an obstacle's `rotate`: along the axis, as long as the
+    /// angle \[°\]. What is held turns with it from the grasp on. Default: the hand does not turn.
+    pub rotate: Option<TimePath>,
 }
 
 /// A place beside the tip with the largest criterion at the time of the grasp. The path is turned with it.

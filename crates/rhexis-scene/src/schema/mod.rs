@@ -365,7 +365,8 @@ pub struct ObstacleSpec {
     /// `path = [[time, [x, y, z]], …]`: by how much it is displaced \[mm\] over time \[ms\], straight between the points, at rest before
     /// and after. What it meets on its way is taken along. Default: it stands still.
     pub path: Option<TimePath>,
-    /// `rotate = [[time, [x, y, z]], …]`: by how much it is turned, before it is displaced: along the axis, as long as the angle \[°\].
+    /// `rotate = [[time, [x, y, z]], …]`: by how much it is turned, before it is displaced: along the axis, as long as the angle \[°\]; from a
+    /// table also as quaternions ([`TableSpec`]).
     pub rotate: Option<TimePath>,
     /// Constant turn from time zero on \[°/ms\]: along the axis, as long as the rate. In place of `rotate`. With `mass` the angular velocity at
     /// time zero.

@@ -184,6 +184,7 @@ fn the_force_of_jaws_and_holds_is_followed_from_the_first_advance_to_the_last() 
         near_tip: None,
         jaws: Jaws { radius: 2.5, stiffness: Some(0.05), ..Jaws::default() },
         path: Path { points: vec![(0.0, DVec3::ZERO)] },
+        turns: Path::default(),
     };
     let mut torn = Torn::new(&Square::isotropic([20, 17]), None, vec![grip]);
     let mut felt = [HandForce::default(), HandForce::default()];
