@@ -12,8 +12,8 @@ impl Simulation {
     /// can tear.
     ///
     /// # Errors
-    /// If the surface is farther away than `length`, if the direction is normal to it, and why the slit could not be cut; the body
-    /// is as it was.
+    /// If the surface is farther away than `length`, if the direction is normal to it, for a point or direction that is not finite, and why the
+    /// slit could not be cut; the body is as it was.
     ///
     /// # Examples
     /// ```
@@ -25,6 +25,8 @@ impl Simulation {
     /// ```
     pub fn puncture(&mut self, body: BodyId, point: DVec3, direction: DVec3, length: f64) -> Result<Cut, CutError> {
         self.validate_dirty()?;
+        self.check_finite(body, "the point of the puncture", point)?;
+        self.check_finite(body, "the direction of the puncture", direction)?;
         let hit = self.nearest(body, point, length).ok_or(CutError::NothingThere)?;
         let along = self.rest_direction(body, &hit, direction).ok_or(CutError::NothingThere)?;
         let half = along * (0.5 * length);
@@ -50,7 +52,7 @@ impl Simulation {
     /// inside a slit.
     ///
     /// # Errors
-    /// If there is no such blade, and why the cut was not made: the body is as it was, and a longer stroke may pass.
+    /// If there is no such blade or its edge is not finite, and why the cut was not made: the body is as it was, and a longer stroke may pass.
     ///
     /// # Examples
     /// ```
@@ -66,6 +68,7 @@ impl Simulation {
         self.note(|| Input::DrawBlade { blade, body, edge });
         self.validate_dirty()?;
         let tool = self.world.query_one_mut::<&Blade>(blade.entity()).map_err(|_| CutError::NoSuchBlade)?.clone();
+        self.check_finite(body, "the edge of the blade", edge)?;
         let Some(hit) = self.nearest(body, edge, tool.reach) else {
             self.set_blade(blade, Blade { body: None, tip: None, ..tool });
             return Ok(None);

@@ -3,7 +3,8 @@
 use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{Body, DecidedBy, EnergyAudit, Refined, TearDecisions, TearLog};
 use crate::event::{Course, Event, EventKind, WokenBy};
-use crate::registry::Rejected;
+use crate::math::is_place;
+use crate::registry::{Rejected, owner_of};
 use crate::replay::Input;
 use crate::report::Report;
 use crate::storage::{BodyId, EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -57,6 +58,16 @@ pub enum CutError {
         reach: f64,
         /// \[mm\].
         least: f64,
+    },
+    /// A point, direction or length of a cut that is no number.
+    #[error("{owner}: {what} is {value}: it must be finite, up to 1e75")]
+    NotFinite {
+        /// Kind and name of the body.
+        owner: String,
+        /// Point or direction.
+        what: &'static str,
+        /// Rejected value.
+        value: DVec3,
     },
     /// The tool does not meet the surface.
     #[error("there is no surface within reach, or the direction is normal to it")]
@@ -112,6 +123,15 @@ impl Simulation {
         self.make_cut(body, polyline)
     }
 
+    /// Refuses a point or direction that is no number.
+    pub(super) fn check_finite(&self, body: BodyId, what: &'static str, value: DVec3) -> Result<(), CutError> {
+        if is_place(value) {
+            return Ok(());
+        }
+        let owner = self.world.entity(body.entity()).map_err(|_| CutError::NoSuchBody).map(owner_of)?;
+        Err(CutError::NotFinite { owner, what, value })
+    }
+
     /// Cuts without writing it down.
     pub(super) fn make_cut(&mut self, body: BodyId, polyline: &[DVec3]) -> Result<Cut, CutError> {
         type Query<'a> = (
@@ -120,6 +140,7 @@ impl Simulation {
             FollowersQuery<'a>,
         );
         self.validate_dirty()?;
+        polyline.iter().try_for_each(|&point| self.check_finite(body, "a point of the cut", point))?;
         self.wake_by(body, WokenBy::Cut);
         let before = self.audited_energies(body);
         let found = self.world.query_one_mut::<Query>(body.entity()).map_err(|_| CutError::NoSuchBody)?;

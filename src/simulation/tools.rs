@@ -254,6 +254,15 @@ impl Simulation {
         (name, radius, pose): (&str, f64, &Pose),
     ) -> Result<Vec<u32>, ToolError> {
         type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology);
+        let coordinates = match grasp {
+            Grasp::Ray { origin, direction, .. } => [*origin, *direction],
+            Grasp::Point(place) => [*place; 2],
+            Grasp::Nearest { .. } | Grasp::Vertices(_) => [DVec3::ZERO; 2],
+        };
+        if let Some(&value) = coordinates.iter().flat_map(DVec3::as_ref).find(|number| !number.is_finite()) {
+            let (what, must) = ("a coordinate of the grasp", "it must be finite");
+            return Err(ToolError::OutOfRange { name: name.to_owned(), what, value, must });
+        }
         let hit = match grasp {
             Grasp::Nearest { reach } => self.nearest(body, pose.position, *reach),
             Grasp::Ray { origin, direction, reach } => self.cast_ray(body, *origin, *direction, *reach),
@@ -262,7 +271,7 @@ impl Simulation {
         let mut query = self.world.query_one::<Query>(body.entity());
         let (vertices, triangles, topology) = query.get().map_err(|_| ToolError::NoSuchBody)?;
         let place = match (grasp, hit) {
-            (Grasp::Point(place), _) => place.is_finite().then_some((*place, None)),
+            (Grasp::Point(place), _) => Some((*place, None)),
             (_, Some(hit)) => Some((hit.rest_position, triangles.row(hit.triangle))),
             _ => None,
         };

@@ -326,3 +326,32 @@ fn parameters_poisoned_after_spawning_are_contained() {
         let _ = simulation.frame();
     }
 }
+
+/// A blade was lifted without a word, a puncture found nothing and forceps no tissue.
+#[test]
+fn points_that_are_no_numbers_are_refused_by_name() {
+    use rhexis::components::{Grasp, Jaws, Pose};
+    let (mut simulation, body) = spawned();
+    let blade = simulation.spawn_blade(0.5, 0.5).unwrap();
+    let forceps = simulation.spawn_forceps("jaws", Jaws { radius: 0.5, ..Jaws::default() }, Pose::default()).unwrap();
+    let hash = simulation.hash();
+    for bad in [DVec3::NAN, DVec3::new(1.0, f64::INFINITY, 0.0), DVec3::new(0.0, 0.0, 1e300)] {
+        for (told, what) in [
+            (simulation.cut(body, &[DVec3::ZERO, bad]).unwrap_err().to_string(), "a point of the cut is"),
+            (simulation.draw_blade(blade, body, bad).unwrap_err().to_string(), "the edge of the blade is"),
+            (simulation.puncture(body, bad, DVec3::X, 1.0).unwrap_err().to_string(), "the point of the puncture is"),
+            (
+                simulation.puncture(body, DVec3::X, bad, 1.0).unwrap_err().to_string(),
+                "the direction of the puncture is",
+            ),
+        ] {
+            assert!(told.starts_with("body `") && told.contains(what) && told.contains("finite"), "{told}");
+        }
+    }
+    let ray = Grasp::Ray { origin: DVec3::ZERO, direction: DVec3::NAN, reach: 1.0 };
+    for grasp in [ray, Grasp::Point(DVec3::NAN)] {
+        let told = simulation.close_forceps(forceps, body, &grasp).unwrap_err().to_string();
+        assert!(told.contains("forceps `jaws`: a coordinate of the grasp is NaN: it must be finite"), "{told}");
+    }
+    assert_eq!(simulation.hash(), hash);
+}
