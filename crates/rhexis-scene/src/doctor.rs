@@ -1,5 +1,6 @@
 //! What a mesh is like, for a look before it is run.
 
+use super::error::on_one_line;
 use super::mesh_file::{Hanging, MeshFile, coincident, ends, hanging, millimetres};
 use super::schema::{BodySpec, FibreSpec, FileSpec, MeshSpec};
 use super::sets::Sets;
@@ -92,10 +93,10 @@ pub(super) fn look(spec: &BodySpec, file: &MeshFile, flattened: f64) -> MeshSumm
         flattened,
         smallest_angle: angles.fold(f64::INFINITY, f64::min),
         edges: [shortest, sum / (3.0 * count), longest],
-        fibres: fibres(spec, file),
+        fibres: on_one_line(&fibres(spec, file)).into_owned(),
         attributes: attributes(file),
         seams: file.seams,
-        unused_arrays: file.passed_over.clone(),
+        unused_arrays: file.passed_over.iter().map(|name| on_one_line(name).into_owned()).collect(),
         mean_size: (area / count * 4.0 / 3.0_f64.sqrt()).sqrt(),
     }
 }

@@ -3,7 +3,7 @@
 //! An override is put into the parsed tree before it is deserialised, so it is judged like text of the file. Its spans are
 //! moved behind the end of the file, which tells whose fault an error is.
 
-use super::error::{Fault, SceneError, Span, explain, position};
+use super::error::{Fault, SceneError, Span, explain, is_control, position};
 use super::files::Files;
 use super::schema::SceneFile;
 use super::table_file::{self, TableSpec};
@@ -27,6 +27,9 @@ const MOST_BYTES: u64 = 16 << 20;
 
 /// Where `inf` means that the limit is not asked for.
 const MAY_BE_INFINITE: [&str; 2] = ["run.advanced.stress_tolerance", "run.position_tolerance"];
+
+/// Texts that are sentences, not names.
+const MAY_HAVE_LINES: [&str; 2] = ["scene.about", "scene.reference"];
 
 /// The text of a scene before it is understood.
 #[derive(Clone, Debug)]
@@ -147,8 +150,8 @@ impl Document {
     /// Understands the text.
     ///
     /// # Errors
-    /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰; `inf` is allowed for
-    /// `run.advanced.stress_tolerance` and `run.position_tolerance`.
+    /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰, or a name or path with a
+    /// control character; `inf` is allowed for `run.advanced.stress_tolerance` and `run.position_tolerance`.
     pub fn scene(self) -> Result<Scene, SceneError> {
         let parsed = self.parse().map_err(|error| self.blame(error, |document| document.parse().map(|_| ())));
         let Parsed { file, spans, tables } = parsed?;
@@ -225,9 +228,9 @@ impl Document {
             let what = format!("the key is now `run.{new}`");
             return Err(self.at(spans.get(&key).cloned(), key, what, format!("write `{new} = …` in `[run]`")));
         }
-        if let Some((key, what)) = first_unusable(&root, "") {
+        if let Some((key, what, hint)) = first_unusable(&root, "") {
             let span = spans.get(&key).cloned();
-            return Err(self.at(span, key, what.to_owned(), "give an ordinary number".to_owned()));
+            return Err(self.at(span, key, what, hint.to_owned()));
         }
         if let Some(key) = size::hand_beyond(&root, "", &mut 0.0) {
             let what = format!("up to here hands have more than {} points in all", size::MOST_POINTS);
@@ -450,19 +453,30 @@ fn record_children(value: &DeValue<'_>, path: &str, spans: &mut BTreeMap<String,
     }
 }
 
-/// The first number that cannot be reckoned with: its key and why.
-fn first_unusable(table: &DeTable<'_>, path: &str) -> Option<(String, &'static str)> {
+/// The first number that cannot be reckoned with, or text that cannot stand on one line: its key, why and the remedy.
+fn first_unusable(table: &DeTable<'_>, path: &str) -> Option<(String, String, &'static str)> {
     table.iter().find_map(|(key, value)| unusable(value.get_ref(), &join(path, key.get_ref())))
 }
 
-fn unusable(value: &DeValue<'_>, path: &str) -> Option<(String, &'static str)> {
-    let DeValue::Float(number) = value else {
-        return children(value).into_iter().find_map(|(word, _, child)| unusable(child.get_ref(), &join(path, &word)));
+fn unusable(value: &DeValue<'_>, path: &str) -> Option<(String, String, &'static str)> {
+    let number = match value {
+        DeValue::Float(number) => number.as_str().parse::<f64>(),
+        DeValue::String(text) => {
+            let is_named = text.contains(is_control) && !MAY_HAVE_LINES.contains(&path);
+            let hint = "write it on one line, in plain characters";
+            let what = || format!("`{text}` has a line break or a control character, as no name and no path may");
+            return is_named.then(|| (path.to_owned(), what(), hint));
+        }
+        _ => {
+            let inside = |(word, _, child): (String, Span, &Value<'_>)| unusable(child.get_ref(), &join(path, &word));
+            return children(value).into_iter().find_map(inside);
+        }
     };
-    match number.as_str().parse::<f64>() {
-        Ok(f64::INFINITY) if MAY_BE_INFINITE.contains(&path) => None,
-        Ok(value) if value.abs() <= LARGEST => None,
-        Ok(value) if value.is_finite() => Some((path.to_owned(), "out of scale: its square is too large for a number")),
-        _ => Some((path.to_owned(), "not a finite number")),
-    }
+    let what = match number {
+        Ok(f64::INFINITY) if MAY_BE_INFINITE.contains(&path) => return None,
+        Ok(value) if value.abs() <= LARGEST => return None,
+        Ok(value) if value.is_finite() => "out of scale: its square is too large for a number",
+        _ => "not a finite number",
+    };
+    Some((path.to_owned(), what.to_owned(), "give an ordinary number"))
 }

@@ -1,7 +1,8 @@
 //! Why a scene is refused: where, what is wrong, how to mend it.
 
 use crate::renamed::remedy;
-use std::fmt;
+use std::borrow::Cow;
+use std::fmt::{self, Write as _};
 use std::ops::Range;
 
 /// A refused scene. Displayed as `file:line:column: what` and, on a second line, how to mend it.
@@ -21,22 +22,44 @@ pub struct SceneError {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:", self.origin)?;
+        write!(f, "{}:", on_one_line(&self.origin))?;
         if let Some((line, column)) = self.position {
             write!(f, "{line}:{column}:")?;
         }
         if !self.key.is_empty() {
-            write!(f, " {}:", self.key)?;
+            write!(f, " {}:", on_one_line(&self.key))?;
         }
-        write!(f, " {}", self.what)?;
+        write!(f, " {}", on_one_line(&self.what))?;
         if !self.hint.is_empty() {
-            write!(f, "\n  help: {}", self.hint)?;
+            write!(f, "\n  help: {}", on_one_line(&self.hint))?;
         }
         Ok(())
     }
 }
 
 impl std::error::Error for SceneError {}
+
+/// Whether a character breaks a line or commands a terminal.
+pub(super) fn is_control(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{2028}' | '\u{2029}')
+}
+
+/// A text with its line breaks and control characters escaped as in JSON, `\u001b`.
+pub(super) fn on_one_line(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_control) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_control(c) {
+            // Writing to a String cannot fail.
+            let _ = write!(shown, "\\u{:04x}", u32::from(c));
+        } else {
+            shown.push(c);
+        }
+    }
+    Cow::Owned(shown)
+}
 
 /// A fault found after the text was understood; [`Document`](super::Document) adds the place.
 #[derive(Clone, Debug, PartialEq)]

@@ -540,6 +540,30 @@ fn curves_that_are_no_material_are_refused_by_time_and_key() {
 }
 
 #[test]
+fn names_and_paths_with_line_breaks_are_refused_and_shown_on_one_line() {
+    let probe = |name: &str| format!("{LEFT}[[probes]]\nname = {name}\npoint = [5, 5]\n");
+    for (body, more, key) in [
+        ("", probe(r#""tip\nstep,time""#), "probes.0.name"),
+        ("", probe("'''tip\nstep'''"), "probes.0.name"),
+        ("", probe(r#""tip\u2028""#), "probes.0.name"),
+        ("", LEFT.replace("'left'", r#""le\u001b[2Jft""#), "bodies.0.holds.0.name"),
+        (r#"fibres = { file = "a\rb.txt" }"#, LEFT.to_owned(), "bodies.0.fibres.file"),
+        (r#"texture = "a\u0007.png""#, LEFT.to_owned(), "bodies.0.texture"),
+    ] {
+        let refused = scene("static", body, &more).err().unwrap();
+        let is_told = refused.contains(&format!("{key}: `")) && refused.contains("` has a line break or a control");
+        assert!(is_told && refused.starts_with("w.toml:") && refused.lines().count() == 2, "{refused:?}");
+    }
+    // A key cannot be refused before it is named.
+    let refused = scene("static", r#""yo\nung\u001b[0m" = 1"#, LEFT).err().unwrap();
+    assert!(refused.contains(r"yo\u000aung\u001b[0m") && refused.lines().count() == 2, "{refused:?}");
+    // Sentences have as many lines as they like.
+    let text = "[scene]\nname = 'w'\nabout = \"one\\n\"\nreference = '''two\nlines'''\n[run]\ndt = 1\nsteps = 1\n[[bodies]]\nname = 'b'\n\
+                mesh = { grid = { width = 10, height = 10, nx = 4, ny = 4 } }\nmaterial = { young = 1, poisson = 0.3, thickness = 0.1 }\n";
+    Scene::parse(text, "w.toml").unwrap();
+}
+
+#[test]
 fn pictures_and_frames_are_made_every_so_often() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["run", "fig2", "--set", "output.pictures=0", "--set", "output.frames_every=100", "--out"];
