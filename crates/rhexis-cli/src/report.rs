@@ -333,7 +333,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         caveats: caveats(&s, &bodies)
             .into_iter()
             .chain(instance.doubts.iter().map(|doubt| doubt.text.clone()))
-            .chain(instance.narrow_obstacles.iter().cloned())
+            .chain(instance.obstacle_notes.iter().cloned())
             .chain(instance.opened_under_pressure())
             .chain(not_made(&instance.cuts))
             .collect(),

@@ -12,6 +12,10 @@ use std::fmt;
 /// The most hanging vertices that are named.
 const NAMED: usize = 4;
 
+/// Note on a mesh whose format gives its unit.
+pub(super) const IN_METRES: &str = "the mesh is taken in metres, as glTF has it (1 unit is 1000 mm); `unit = \"m\"` in the mesh's table confirms this, \
+    `unit = \"mm\"` takes the numbers as they are";
+
 /// A mesh in figures, as it is before any cut.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct MeshSummary {
@@ -83,7 +87,7 @@ pub(super) fn look(spec: &BodySpec, file: &MeshFile, flattened: f64) -> MeshSumm
         pieces,
         boundary_loops: loops,
         thin_solid,
-        in_metres: is_in_metres(spec),
+        in_metres: is_in_metres(&spec.mesh),
         coincident: coincident(&mesh.positions),
         hanging: hanging.len(),
         hanging_at: hanging.iter().take(NAMED).map(|place| on_edge(mesh, place)).collect(),
@@ -102,8 +106,8 @@ pub(super) fn look(spec: &BodySpec, file: &MeshFile, flattened: f64) -> MeshSumm
 }
 
 /// Whether the scene leaves the unit of a file to a format that has metres.
-fn is_in_metres(spec: &BodySpec) -> bool {
-    let MeshSpec::File(FileSpec { path, reading }) = &spec.mesh else { return false };
+pub(super) fn is_in_metres(mesh: &MeshSpec) -> bool {
+    let MeshSpec::File(FileSpec { path, reading }) = mesh else { return false };
     reading.scale.is_none() && reading.unit.is_none() && millimetres(path) != 1.0
 }
 
@@ -207,11 +211,7 @@ impl MeshSummary {
     pub fn doubts(&self) -> Vec<String> {
         let mut list = Vec::new();
         if self.in_metres {
-            list.push(
-                "the mesh is taken in metres, as glTF has it (1 unit is 1000 mm); `unit = \"m\"` in the mesh's table confirms this, \
-                 `unit = \"mm\"` takes the numbers as they are"
-                    .into(),
-            );
+            list.push(IN_METRES.into());
         }
         if self.coincident > 0 {
             list.push(format!(

@@ -44,8 +44,8 @@ pub struct Instance {
     pub doubts: Vec<Doubt>,
     /// Contacts that could be and that the scene does not ask for, each with its remedy.
     pub not_felt: Vec<String>,
-    /// Notes on obstacles that tissue may not feel: meshes narrower than its edges.
-    pub narrow_obstacles: Vec<String>,
+    /// Notes on obstacles: meshes narrower than the tissue's edges, which it may not feel, and those taken in metres.
+    pub obstacle_notes: Vec<String>,
     /// How to run it.
     pub run: Run,
     /// What to write of it.
@@ -152,7 +152,8 @@ impl Scene {
         }
         let (obstacles, widths) = obstacle::spawn(&mut simulation, &self.file.obstacles, run, &files)?;
         let felt = bodies.iter().copied().zip(&meshes);
-        let narrow_obstacles = obstacle::narrow(&simulation, (&obstacles, &widths), felt);
+        let mut obstacle_notes = obstacle::narrow(&simulation, (&obstacles, &widths), felt);
+        obstacle_notes.extend(obstacle::in_metres(&self.file.obstacles, &obstacles));
         cuts.extend(timed.too_late(run.steps, run.dt * run.steps as f64));
         Ok(Instance {
             not_felt: doubts::not_felt(&simulation, &bodies),
@@ -164,7 +165,7 @@ impl Scene {
             seams,
             meshes,
             obstacles,
-            narrow_obstacles,
+            obstacle_notes,
             run,
             output,
             cuts,

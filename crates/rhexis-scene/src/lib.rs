@@ -115,13 +115,18 @@ impl Scene {
         self.document.file()
     }
 
-    /// Files of curves, meshes, fibres, values per triangle and textures that it reads, each once, but for those given with its text.
+    /// Files of curves, meshes with the buffers of glTF, fibres, values per triangle and textures that it reads, each once, but for those
+    /// given with its text.
     pub fn data_files(&self) -> Vec<PathBuf> {
         let sources = self.document.files();
         let mut files: Vec<PathBuf> = self.tables.iter().map(|table| sources.path(table)).collect();
+        let mesh = |path: &Path| {
+            let all = std::iter::once(path.to_owned()).chain(mesh_file::beside(&sources, path));
+            all.map(|path| sources.path(&path)).collect::<Vec<_>>()
+        };
         for body in &self.file.bodies {
             if let schema::MeshSpec::File(file) = &body.mesh {
-                files.push(sources.path(&file.path));
+                files.extend(mesh(&file.path));
             }
             if let Some(schema::FibreSpec::File(file)) = &body.fibres {
                 files.push(sources.path(file));
@@ -135,7 +140,7 @@ impl Scene {
         }
         for obstacle in &self.file.obstacles {
             if let Some(schema::MeshSpec::File(file)) = &obstacle.mesh {
-                files.push(sources.path(&file.path));
+                files.extend(mesh(&file.path));
             }
         }
         files.retain(|file| !sources.is_given(file));

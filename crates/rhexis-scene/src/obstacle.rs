@@ -1,7 +1,7 @@
 //! From `[[obstacles]]` to rigid bodies that stand, are displaced and turn.
 
 use super::build::{direction, own_names};
-use super::doctor::{MeshSummary, length};
+use super::doctor::{IN_METRES, MeshSummary, is_in_metres, length};
 use super::error::{Fault, positive};
 use super::files::Files;
 use super::instance::Run;
@@ -66,6 +66,12 @@ pub(super) fn narrow<'a>(
         )
     };
     widths.filter(|(_, width)| *width < edge).map(note).collect()
+}
+
+/// Notes on obstacles of a mesh whose unit is that of its format.
+pub(super) fn in_metres<'a>(specs: &'a [ObstacleSpec], names: &'a [String]) -> impl Iterator<Item = String> + 'a {
+    let taken = specs.iter().zip(names).filter(|(spec, _)| spec.mesh.as_ref().is_some_and(is_in_metres));
+    taken.map(|(_, name)| format!("{name}: {IN_METRES}"))
 }
 
 /// Width \[mm\] of a solid: the diameter of its vertices as they are seen along its longest principal axis.

@@ -28,7 +28,7 @@ pub struct Summary {
     /// Contacts that could be and that the scene does not ask for.
     pub not_felt: Vec<String>,
     /// Notes on obstacles that tissue may not feel.
-    pub narrow_obstacles: Vec<String>,
+    pub obstacle_notes: Vec<String>,
     /// Cuts made before the first step.
     pub cuts: Vec<CutTold>,
 }
@@ -76,7 +76,7 @@ impl Scene {
             obstacle_count: self.file.obstacles.len(),
             doubts: instance.doubts,
             not_felt: instance.not_felt,
-            narrow_obstacles: instance.narrow_obstacles,
+            obstacle_notes: instance.obstacle_notes,
             cuts: instance.cuts,
         })
     }
@@ -151,7 +151,7 @@ impl fmt::Display for Summary {
         for contact in &self.not_felt {
             write!(f, "\n  not felt: {contact}")?;
         }
-        for note in &self.narrow_obstacles {
+        for note in &self.obstacle_notes {
             write!(f, "\n  note: {note}")?;
         }
         for body in &self.bodies {

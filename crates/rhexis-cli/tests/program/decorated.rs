@@ -52,6 +52,25 @@ fn what_not_every_vertex_has_is_left_out_and_told() {
 }
 
 #[test]
+fn of_several_texture_coordinates_of_gltf_the_first_stand_and_the_others_are_named() {
+    let corners: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let texture: [f32; 6] = [0.0, 1.0, 1.0, 1.0, 0.0, 0.0];
+    let bytes: Vec<u8> = corners.iter().chain(&texture).flat_map(|number| number.to_le_bytes()).collect();
+    let data = base64::Engine::encode(&base64::engine::general_purpose::STANDARD, bytes);
+    let text = format!(
+        "{{\"asset\":{{\"version\":\"2.0\"}},\"scene\":0,\"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0}}],\
+         \"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":0,\"TEXCOORD_0\":1,\"TEXCOORD_1\":1}}}}]}}],\
+         \"accessors\":[{{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[1,1,0]}},\
+         {{\"bufferView\":1,\"componentType\":5126,\"count\":3,\"type\":\"VEC2\"}}],\
+         \"bufferViews\":[{{\"buffer\":0,\"byteLength\":36}},{{\"buffer\":0,\"byteOffset\":36,\"byteLength\":24}}],\
+         \"buffers\":[{{\"byteLength\":60,\"uri\":\"data:application/octet-stream;base64,{data}\"}}]}}"
+    );
+    let file = read("a.gltf", text);
+    assert_eq!(channel(&file, Channel::TextureCoordinates), [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+    assert_eq!(file.passed_over, ["TEXCOORD_1 (of its kind the first set stands)"]);
+}
+
+#[test]
 fn ply_gives_all_three_and_colours_from_bytes() {
     let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\n\
                 property float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float s\n\

@@ -75,6 +75,55 @@ fn a_run_goes_on_only_with_the_files_that_it_began_with() {
     outcome(folder.path(), &go_on, 0);
 }
 
+/// A glTF file of triangles whose corners lie in a buffer beside it.
+fn gltf(buffer: &str, corners: &[[f32; 3]]) -> (String, Vec<u8>) {
+    let (count, size) = (corners.len(), 12 * corners.len());
+    let text = format!(
+        "{{\"asset\":{{\"version\":\"2.0\"}},\"scene\":0,\"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0}}],\
+         \"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":0}}}}]}}],\
+         \"accessors\":[{{\"bufferView\":0,\"componentType\":5126,\"count\":{count},\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[9,9,9]}}],\
+         \"bufferViews\":[{{\"buffer\":0,\"byteLength\":{size}}}],\"buffers\":[{{\"byteLength\":{size},\"uri\":\"{buffer}\"}}]}}"
+    );
+    (text, corners.as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect())
+}
+
+#[test]
+fn a_run_goes_on_only_with_the_buffers_of_its_gltf_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let square = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let (text, corners) = gltf("sheet.bin", &square);
+    std::fs::write(folder.path().join("sheet.gltf"), text).unwrap();
+    std::fs::write(folder.path().join("sheet.bin"), &corners).unwrap();
+    let (apex, a, b, c) = ([1.0, 0.5, -1.0], [0.0, 0.0, -2.0], [2.0, 0.0, -2.0], [1.0, 2.0, -2.0]);
+    let (text, solid) = gltf("tool.bin", &[a, c, b, a, b, apex, b, c, apex, c, a, apex]);
+    std::fs::write(folder.path().join("tool.gltf"), text).unwrap();
+    std::fs::write(folder.path().join("tool.bin"), &solid).unwrap();
+    let file = SCENE.replace("\"sheet.obj\"", "{ path = \"sheet.gltf\", unit = \"mm\" }");
+    let file = file.replace("fibres = { file = \"fibres.txt\" }\n", "");
+    let tool = "[[obstacles]]\nname = 'tool'\nmesh = { file = { path = 'tool.gltf' } }\n";
+    std::fs::write(folder.path().join("mine.toml"), format!("{file}{tool}")).unwrap();
+    let base = ["run", "mine.toml", "--quiet", "--snapshots", "2", "--out", "o"];
+    outcome(folder.path(), &[&base[..], &["--steps", "3"]].concat(), 0);
+    let go_on = [&base[..], &["--resume"]].concat();
+    for (name, bytes) in [("sheet.bin", &corners), ("tool.bin", &solid)] {
+        let mut changed = bytes.clone();
+        // The lowest bit of a coordinate.
+        changed[12] ^= 1;
+        std::fs::write(folder.path().join(name), changed).unwrap();
+        let error = outcome(folder.path(), &go_on, 1);
+        assert!(error.contains(&format!("{name} has changed")), "{error}");
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    outcome(folder.path(), &go_on, 0);
+    // The tool's unit is that of its format, which its scene does not confirm.
+    let report = std::fs::read_to_string(folder.path().join("o/report.json")).unwrap();
+    assert!(report.contains("tool: the mesh is taken in metres, as glTF has it"), "{report}");
+    let confirmed = tool.replace("'tool.gltf'", "'tool.gltf', unit = 'mm'");
+    std::fs::write(folder.path().join("mine.toml"), format!("{file}{confirmed}")).unwrap();
+    let check = rhexis_scene::Scene::load(&folder.path().join("mine.toml")).unwrap().check().unwrap();
+    assert!(!check.to_string().contains("in metres"), "{check}");
+}
+
 #[test]
 fn a_run_does_not_go_on_to_fewer_steps_than_it_has_done() {
     let folder = scene();

@@ -2,7 +2,7 @@
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use base64::Engine;
@@ -75,6 +75,20 @@ pub(super) fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
     Ok(draft)
 }
 
+/// Files beside a glTF file that its buffers name; none where it cannot be read.
+pub(super) fn buffers(bytes: &[u8]) -> Vec<PathBuf> {
+    let json = if bytes.starts_with(b"glTF") { chunks(bytes).map_or(&[][..], |(json, _)| json) } else { bytes };
+    let Ok(root) = gltf_json::deserialize::from_slice::<Root>(json) else { return Vec::new() };
+    let uris = root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+    uris.filter(|uri| is_beside(uri)).map(PathBuf::from).collect()
+}
+
+/// Whether a buffer names a file beside its own.
+fn is_beside(uri: &str) -> bool {
+    let mut parts = Path::new(uri).components();
+    parts.all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) && !uri.contains(':')
+}
+
 /// The JSON and the binary chunk of a .glb file.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     let cut_off = || Fault::new("the binary glTF is cut off or no version 2; export it again");
@@ -137,13 +151,11 @@ fn content(uri: &str, beside: Option<(&Path, &Files)>) -> Result<Arc<Vec<u8>>, F
         let what = "a buffer is no base64 text; export the file again";
         return STANDARD.decode(text).map(Arc::new).map_err(|_| Fault::new(what));
     }
-    let path = Path::new(uri);
-    let is_beside = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    let Some((file, files)) = beside.filter(|_| is_beside && !uri.contains(':')) else {
+    let Some((file, files)) = beside.filter(|_| is_beside(uri)) else {
         return Err(Fault::new(format!("the buffer {uri:?} lies elsewhere; export one .glb file")));
     };
     files
-        .read(&file.with_file_name(path), super::MOST_BYTES)
+        .read(&file.with_file_name(uri), super::MOST_BYTES)
         .map_err(|error| Fault::new(format!("cannot read the buffer {uri:?}: {error}; export one .glb file")))
 }
 
@@ -210,8 +222,14 @@ impl File<'_> {
         Ok(())
     }
 
-    /// Gives the vertices of a primitive its texture coordinates (their v turned up), normals and colours. What cannot be read is none.
+    /// Gives the vertices of a primitive its texture coordinates (their v turned up), normals and colours, of several sets the first. What cannot
+    /// be read is none.
     fn decorate(&mut self, primitive: &Primitive, (first, count): (u32, u32), placed: DMat4, draft: &mut Draft) {
+        for semantic in primitive.attributes.keys() {
+            if let Checked::Valid(further @ (Semantic::TexCoords(1..) | Semantic::Colors(1..))) = semantic {
+                draft.passed_over.insert(format!("{} (of its kind the first set stands)", further.to_string()));
+            }
+        }
         let normals = DMat3::from_mat4(placed).inverse().transpose();
         let kinds = [
             (Semantic::TexCoords(0), Type::Vec2),

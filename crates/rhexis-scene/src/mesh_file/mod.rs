@@ -139,7 +139,8 @@ pub struct MeshFile {
     pub passed_over: Vec<String>,
     /// Vertices by names: physical groups of Gmsh, groups and objects of OBJ, nodes and meshes of glTF.
     pub groups: Vec<(String, Vec<u32>)>,
-    /// Texture coordinates, normals and colours of its vertices, each where every vertex has one.
+    /// Texture coordinates, normals and colours of its vertices, each where every vertex has one; of several sets of a kind the first, and
+    /// `passed_over` names the others.
     pub attributes: Option<Attributes>,
     /// Vertices with several texture coordinates in the file, of which `attributes` have the first.
     pub seams: usize,
@@ -288,8 +289,11 @@ fn parse(
 
 /// Millimetres in the unit of a file's format.
 pub(crate) fn millimetres(path: &Path) -> f64 {
-    let is_gltf = path.extension().is_some_and(|own| ["glb", "gltf"].iter().any(|name| own.eq_ignore_ascii_case(name)));
-    if is_gltf { 1000.0 } else { 1.0 }
+    if is_gltf(path) { 1000.0 } else { 1.0 }
+}
+
+fn is_gltf(path: &Path) -> bool {
+    path.extension().is_some_and(|own| ["glb", "gltf"].iter().any(|name| own.eq_ignore_ascii_case(name)))
 }
 
 /// Reads the bytes of one format.
@@ -341,6 +345,16 @@ pub(crate) fn mesh_of(files: &Files, path: &Path, reading: &Reading) -> Result<M
     format(&name)?;
     let beside = (!files.is_given(path)).then_some((path, files));
     parse(&name, content(files, path)?, beside, reading)
+}
+
+/// The files beside a mesh file that it reads, too: buffers of a glTF file. None where it cannot be read.
+pub(crate) fn beside(files: &Files, path: &Path) -> Vec<PathBuf> {
+    if !is_gltf(path) || files.is_given(path) {
+        return Vec::new();
+    }
+    let bytes = content(files, path).ok().and_then(|bytes| encoding::unwrapped(bytes).ok());
+    let named = bytes.map_or(Vec::new(), |bytes| gltf::buffers(&bytes));
+    named.into_iter().map(|buffer| path.with_file_name(buffer)).collect()
 }
 
 /// The fibres in a file that a scene mentions.
