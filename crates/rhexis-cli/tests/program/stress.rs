@@ -54,3 +54,9 @@ fn a_case_is_the_same_whenever_it_is_run() {
     (one.slowest_step, other.slowest_step) = (0.0, 0.0);
     assert_eq!(one, other);
 }
+
+/// Bodies that touch each other: one asleep since the start, which no solve has given stresses, and a rigid obstacle between two that is thrown beyond the range of coordinates.
+#[test]
+fn bodies_that_touch_each_other_break_nothing() {
+    break_nothing(&[(40_000, 0), (40_000, 1), (40_001, 23), (40_001, 42)]);
+}
