@@ -9,6 +9,9 @@ use serde::Deserialize;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+/// Sine of half a turn from which its axis is more than rounding.
+const LEAST_SINE: f64 = 1e-9;
+
 /// Largest file that is read \[bytes\].
 const MOST_BYTES: u64 = 64 << 20;
 
@@ -108,10 +111,10 @@ pub(super) fn read(spec: &TableSpec, files: &Files, key: &str) -> Result<String,
 fn rotation_vector(quaternion: DVec4, near: DVec3) -> Option<DVec3> {
     let DVec4 { x, y, z, w } = quaternion.try_normalize()?;
     let part = DVec3::new(x, y, z);
-    let sine = part.length();
-    // Without a turn any axis will do: a tracker that comes round is back at whole turns about the one it had.
-    let axis = part.try_normalize().or_else(|| near.try_normalize())?;
-    let angle = 2.0 * elementary::atan2(sine, w);
+    // Next to no turn has no axis of its own: a tracker that comes round is back at whole turns about the one it had.
+    let own = if part.length() > LEAST_SINE { part } else { near };
+    let Some(axis) = own.try_normalize() else { return Some(DVec3::ZERO) };
+    let angle = 2.0 * elementary::atan2(part.dot(axis), w);
     let turns = ((near.dot(axis) - angle) / TAU).round();
     Some(axis * (angle + turns * TAU))
 }

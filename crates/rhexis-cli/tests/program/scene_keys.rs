@@ -347,7 +347,7 @@ fn a_section_bears_the_pull_on_a_flat_sheet() {
     let probes = [across(1.0), across(5.0), across(9.0), part.into(), other.into(), along.into()].concat();
     // One hold lets the sheet narrow, so that the stress is the same everywhere.
     let free = LEFT.replace("x = 0 }", "x = 0 }\naxes = 'x'");
-    let corner = "[[bodies.holds]]\nname = 'corner'\nregion = { x = 0, y = 0 }\n";
+    let corner = "[[bodies.holds]]\nname = 'corner'\nregion = { x = 0, y = 0 }\naxes = 'y'\n";
     let mut instance = scene("static", "planar = true", &format!("{free}{corner}{load}{probes}")).unwrap();
     instance.advance().unwrap();
     let (forces, _) = sections(&instance);
@@ -357,8 +357,9 @@ fn a_section_bears_the_pull_on_a_flat_sheet() {
     }
     // Of four rows of triangles the two in the middle lie within the radius.
     assert!((forces[3].x / forces[0].x - 0.5).abs() < 0.02, "{}", forces[3]);
-    assert!((forces[4] - DVec3::X * 0.1).length() < 1e-8 || (forces[4] + DVec3::X * 0.1).length() < 1e-8);
-    assert!(forces[5].length() < 1e-2 * 0.1, "{}", forces[5]);
+    assert!((forces[4] + DVec3::X * 0.1).length() < 1e-8, "{}", forces[4]);
+    // The load is not quite that of a uniform stress: it shears the sheet, and nothing draws it apart across.
+    assert!(forces[5].y.abs() < 1e-8, "{}", forces[5]);
     for (bad, what) in [("normal = [0, 0]", "no direction"), ("normal = [1, 0], radius = 0", "not above zero")] {
         let probe = format!("[[probes]]\nname = 'p'\npoint = [0, 0]\nsection = {{ {bad} }}\n");
         let refused = scene("static", "planar = true", &format!("{LEFT}{probe}")).err().unwrap();
@@ -373,7 +374,7 @@ fn a_section_of_a_bent_sheet_balances_its_hold() {
         let text = format!(
             "[scene]\nname = 'w'\n[run]\nmode = 'static'\ndt = 1\nsteps = 4\n[[bodies]]\nname = 'b'\n\
              mesh = {{ grid = {{ width = 10, height = 10, nx = {cells}, ny = {cells} }} }}\n\
-             material = {{ young = 1, poisson = 0.3, thickness = 0.1 }}\nfibres = {{ degrees = 30 }}\n\
+             material = {{ young = 1, poisson = 0.3, thickness = 0.1 }}\nfibres = {{ degrees = 30 }}\npre_stretch = 0.1\n\
              [[bodies.holds]]\nname = 'left'\nregion = {{ x = 0 }}\n\
              [[bodies.holds]]\nname = 'right'\nregion = {{ x = 10 }}\nmove = {{ offset = [2, 0.7, 4] }}\ncurve = [[0, 0], [4, 1]]\n\
              rotate = [[0, [0, 0, 0]], [4, [20, 0, 10]]]\npivot = [10, 5, 0]\n\
@@ -383,9 +384,10 @@ fn a_section_of_a_bent_sheet_balances_its_hold() {
         let mut instance = Scene::parse(&text, "w.toml").and_then(|scene| scene.instantiate()).unwrap();
         (0..4).for_each(|_| _ = instance.advance().unwrap());
         let (forces, held) = sections(&instance);
-        // The cut is made where the mesh's forces balance: no error of the mesh is left, only that of the solve, 1e-9 of the largest corner force.
+        // The cut is made where the mesh's forces balance: no error of the mesh is left, only that of the solve, 1e-9 of the
+        // largest corner force at each of up to a hundred vertices.
         for force in forces {
-            assert!(force.length() > 0.1 && (force + held).length() < 1e-8, "{cells}: {force} {held}");
+            assert!(force.length() > 0.1 && (force + held).length() < 1e-7, "{cells}: {force} {held}");
         }
     }
 }
@@ -397,7 +399,7 @@ fn stretched(mode: &str, material: &str, body: &str) -> Result<Instance, String>
          mesh = {{ grid = {{ width = 10, height = 10, nx = 4, ny = 4 }} }}\nplanar = true\ninitial = {{ stretch = [[1.1, 0, 0], [0, 1, 0], [0, 0, 1]] }}\n\
          material = {{ {material} }}\n{body}\n{LEFT}\
          [[bodies.holds]]\nname = 'right'\nregion = {{ x = 10 }}\nmove = {{ offset = [1, 0, 0] }}\n\
-         [[bodies.holds]]\nname = 'sides'\nregion = {{ any = [{{ y = 0 }}, {{ y = 10 }}] }}\naxes = 'y'\n"
+         [[bodies.holds]]\nname = 'sides'\nregion = {{ x = [1, 9], any = [{{ y = 0 }}, {{ y = 10 }}] }}\naxes = 'y'\n"
     );
     Scene::parse(&text, "w.toml").and_then(|scene| scene.instantiate()).map_err(|error| error.to_string())
 }
@@ -478,13 +480,15 @@ fn thresholds_change_over_time_with_the_material() {
     }
     let world = instance.simulation.world();
     let energy = world.get::<&rhexis::components::EnergyCriterion>(instance.bodies[0].entity()).unwrap();
-    // At 10 ms.
-    assert_eq!([energy.toughness.along, energy.toughness.across], [2.5e-3, 2e-3]);
+    // At 10 ms, to the rounding of a curve.
+    let near = |value: f64, wanted: f64| (value / wanted - 1.0).abs() < 1e-12;
+    assert!(near(energy.toughness.along, 2.5e-3) && near(energy.toughness.across, 2e-3), "{energy:?}");
     let own = world.get::<&rhexis::components::Tearing>(instance.bodies[0].entity()).unwrap();
     let at_once = "tearing = { toughness_along_fibres = 2.5e-3, toughness_across_fibres = 2e-3, radius = 2 }";
     let constant = stretched("static", "young = 1.75, poisson = 0.3, thickness = 0.1", at_once).unwrap();
-    let there = constant.simulation.world().get::<&rhexis::components::Tearing>(constant.bodies[0].entity());
-    assert_eq!(*own, *there.unwrap());
+    let there = constant.simulation.world().get::<&rhexis::components::Tearing>(constant.bodies[0].entity()).unwrap();
+    assert!(near(own.strength_along_fibres, there.strength_along_fibres), "{own:?}");
+    assert!(near(own.strength_across_fibres, there.strength_across_fibres), "{own:?}");
 }
 
 #[test]

@@ -227,11 +227,11 @@ fn forceps_that_turn_carry_what_they_hold_and_their_torque_is_in_the_files() {
     let folder = tempfile::tempdir().unwrap();
     let body = format!("planar = true\n{SQUARE}\ndamping = 1\ndrag = 1e-4");
     let rim = "[[bodies.holds]]\nname = 'rim'\nregion = { boundary = true }\n";
-    // A quarter turn about a point that moves by a millimetre.
+    // A turn of 30° about a point that moves by a millimetre.
     let grip = |more: &str| {
         format!(
             "[[bodies.grips]]\nname = 'jaws'\nat = [5, 5]\nfrom = 0\nuntil = 30\nradius = 1.9\n\
-             path = [{{ by = [1, 0, 0], end = 20 }}]\nrotate = [[0, [0, 0, 10]], [20, [0, 0, 100]]]\n{more}"
+             path = [{{ by = [1, 0, 0], end = 20 }}]\nrotate = [[0, [0, 0, 10]], [20, [0, 0, 40]]]\n{more}"
         )
     };
     let text = format!("{rim}{}", grip(""));
@@ -252,7 +252,8 @@ fn forceps_that_turn_carry_what_they_hold_and_their_torque_is_in_the_files() {
         assert!(held.len() > 4, "{held:?}");
         for &row in held {
             let arm = vertices.rest_position[row as usize] - DVec3::new(5.0, 5.0, 0.0);
-            let expected = DVec3::new(6.0 - arm.y, 5.0 + arm.x, 0.0);
+            let (sin, cos) = 30_f64.to_radians().sin_cos();
+            let expected = DVec3::new(6.0 + cos * arm.x - sin * arm.y, 5.0 + sin * arm.x + cos * arm.y, 0.0);
             // A constraint is exact to the rounding of the step's increments.
             assert!(vertices.position[row as usize].distance(expected) < 1e-9, "{row}");
         }
@@ -272,7 +273,7 @@ fn forceps_that_turn_carry_what_they_hold_and_their_torque_is_in_the_files() {
     let world = springy.simulation.world();
     let grips = world.get::<&rhexis::components::Grips>(springy.bodies[0].entity()).unwrap();
     assert!(grips.pinches[0].torque.z > 0.0, "{:?}", grips.pinches[0]);
-    let refused = text.replace("[0, 0, 100]", "[0, 9, 0]");
+    let refused = text.replace("[0, 0, 40]", "[0, 9, 0]");
     let refused = scene(folder.path(), "dynamic", &body, &refused).err().unwrap();
     assert!(refused.contains("about z only"), "{refused}");
     scene(folder.path(), "dynamic", &body, &text).unwrap();
@@ -280,32 +281,4 @@ fn forceps_that_turn_carry_what_they_hold_and_their_torque_is_in_the_files() {
     assert!(run.as_ref().unwrap().status.success(), "{run:?}");
     let series = std::fs::read_to_string(folder.path().join("out/s/series.csv")).unwrap();
     assert!(series.lines().next().unwrap().contains("b/jaws_torque_z_Nmm"), "{series}");
-}
-
-#[test]
-fn a_rod_that_turns_drags_a_sheet_by_friction() {
-    let folder = tempfile::tempdir().unwrap();
-    let far = |friction: f64, spin: f64| {
-        let body = format!(
-            "mesh = {{ grid = {{ width = 10, height = 4, nx = 20, ny = 8 }} }}\ncontact = {{ friction = {friction} }}\ndamping = 1\ndrag = 1e-3\n\
-             pressure = -1e-4"
-        );
-        let hold = "[[bodies.holds]]\nname = 'left'\nregion = { any = [{ x = 0 }, { x = 10 }] }\n";
-        let rod = format!(
-            "[[obstacles]]\nname = 'rod'\ncylinder = {{ from = [5, -2, -1], to = [5, 6, -1], radius = 1 }}\nspin = [0, {spin}, 0]\n"
-        );
-        let mut instance = scene(folder.path(), "dynamic", &body, &format!("{hold}{rod}")).unwrap();
-        (0..20).for_each(|_| _ = instance.advance().unwrap());
-        let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0].entity()).unwrap();
-        let moved = vertices.rest_position.iter().zip(&vertices.position).map(|(rest, x)| x.x - rest.x);
-        (moved.sum::<f64>() / vertices.len() as f64, instance.obstacle_forces()[0].1.x)
-    };
-    // The rod's top goes along +x where it turns about +y.
-    let (way, force) = far(0.5, 2.0);
-    assert!(way > 0.0 && force > 0.0, "{way} {force}");
-    let (back, against) = far(0.5, -2.0);
-    // Mirrored: the mesh's diagonals alone are not.
-    assert!((way + back).abs() < 0.1 * way && (force + against).abs() < 0.1 * force, "{way} {back} {force} {against}");
-    let (slid, none) = far(0.0, 2.0);
-    assert!(slid.abs() < 0.05 * way && none.abs() < 0.05 * force, "{slid} {none}");
 }

@@ -6,8 +6,8 @@ use super::tool::{BladeSpec, CutSpec, PunctureSpec};
 use super::{Exactly, HolzapfelGasserOgdenSpec, MeshSpec, Numbers, Point, StiffeningFibresSpec, Strain, TimeCurve};
 use rhexis::components::Curve;
 use serde::Deserialize;
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{Deserializer, Error, SeqAccess, Unexpected, Visitor};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -413,9 +413,6 @@ fn one_thickness<'de, D: Deserializer<'de>>(deserializer: D) -> Result<TimeCurve
                 Some(_) => Err(A::Error::invalid_type(Unexpected::Seq, &self)),
                 None => TimeCurve::through(&numbers).map_err(A::Error::custom),
             }
-        }
-        fn visit_map<A: MapAccess<'de>>(self, access: A) -> Result<TimeCurve, A::Error> {
-            TimeCurve::deserialize(MapAccessDeserializer::new(access))
         }
     }
     deserializer.deserialize_any(Read)
