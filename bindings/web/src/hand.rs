@@ -4,7 +4,7 @@ use glam::DVec3;
 use rhexis::components::{Jaws, Pose, Slip};
 use rhexis::simulation::{Grasp, Hit};
 use rhexis::storage::{BodyId, ForcepsId};
-use rhexis_scene::schema::GripSpec;
+use rhexis_scene::schema::{GripSpec, TimeCurve};
 use rhexis_scene::{Instance, Scene};
 
 /// Radius of the jaws in mean edges, where the scene has no grip of its own: the triangles around a vertex.
@@ -46,9 +46,11 @@ impl Hand {
             (Some(grip), _) => Jaws { radius: grip.radius, stiffness: grip.stiffness, ..Jaws::default() },
             (None, Some(body)) => {
                 let material = &body.material;
-                let modulus = material.young_fibre.or(material.young).or(material.mu.map(|mu| 3.0 * mu));
+                let at_start = |curve: &TimeCurve| curve.0.at(0.0);
+                let young = material.young_fibre.as_ref().or(material.young.as_ref()).map(at_start);
+                let modulus = young.or(material.mu.as_ref().map(|mu| 3.0 * at_start(mu)));
                 // As stiff as a strip of the tissue as wide as it is long.
-                let stiffness = modulus.map(|modulus| modulus * material.thickness);
+                let stiffness = modulus.map(|modulus| modulus * at_start(&material.thickness));
                 Jaws { radius: JAWS * edge, stiffness, ..Jaws::default() }
             }
             (None, None) => Jaws { radius: JAWS * edge, ..Jaws::default() },
