@@ -200,6 +200,24 @@ fn bodies_that_do_not_both_ask_do_not_touch() {
             .iter()
             .all(|system| !system.name.starts_with("bodies: solve") || system.bodies == 0)
     );
+    simulation.set(drum, sociable(0.05)).unwrap();
     let refused = simulation.set(drum, Contact { between_bodies: true, ..Contact::default() }).unwrap_err().to_string();
     assert!(refused.contains("between_bodies") && refused.contains("self_contact"), "{refused}");
+}
+
+#[test]
+fn contact_between_bodies_ends_where_one_no_longer_asks() {
+    let mut simulation = Simulation::new(Settings::default()).unwrap();
+    let cells = [8, 8];
+    let drum = rim(sheet("drum", cells, [8.0, 8.0], DVec3::ZERO, 1e-3), cells);
+    let drum = simulation.spawn(drum.with(Damping { time: 5.0 })).unwrap();
+    let leaf = sheet("leaf", [4, 4], [4.0, 4.0], DVec3::new(2.1, 2.2, 0.1), 1e-3).with(Damping { time: 5.0 });
+    let leaf = simulation.spawn(leaf).unwrap();
+    (0..60).for_each(|_| _ = simulation.step(5.0).unwrap());
+    assert!(simulation.report().bodies.iter().all(|body| body.self_contacts > 0));
+    simulation.set(drum, touching(0.05, Some(0.0))).unwrap();
+    (0..40).for_each(|_| _ = simulation.step(5.0).unwrap());
+    assert!(simulation.report().bodies.iter().all(|body| body.self_contacts == 0));
+    let low = with(&simulation, leaf, |v, _| v.position.iter().map(|x| x.z).fold(f64::INFINITY, f64::min));
+    assert!(low < -0.5, "{low}");
 }

@@ -1,16 +1,12 @@
-//! Contact between bodies: those near each other are one surface, body after body, whose layers are paired, pushed and held apart like those of one.
-//!
-//! Groups are found at the start of a step by boxes around the ways that the bodies have ahead of them, and again by the ways that they went. A group
-//! is solved together (`systems/solver/group.rs`), set back together where one of its bodies fails, and does not fall asleep.
+//! Contact between bodies: those of a group are one surface, body after body, whose layers are paired, pushed and held apart like those of one.
 
+use super::groups::{any_touches, find_on_the_way, give_back, take_groups};
 use super::search::Owners;
 use super::separate::{Motion, Radii, adopt};
 use super::{Backing, HeldTogether, TESTS_PER_SPRING, plane, planes_at, share, spring};
 use crate::components::{
-    Bending, Body, BodyGroup, Bounds, Contact, Frames, FreeAxes, Grips, Increment, Layers, Pair, Planar, Sleeping,
-    SolveResult, SolverScratch, TearLog,
+    Bending, BodyGroup, Contact, Frames, FreeAxes, Grips, Increment, Layers, Pair, SolveResult, SolverScratch,
 };
-use crate::event::{EventKind, WokenBy};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::{StepContext, work};
 use glam::DVec3;
@@ -26,7 +22,7 @@ type Member<'a> = (
     (&'a Frames, Option<&'a Bending>),
 );
 
-/// Bodies in contact with others that are in the step.
+/// Whether a body is in the step.
 fn is_in_step(result: Option<&SolveResult>) -> bool {
     result.is_some_and(|result| result.is_in_step)
 }
@@ -49,121 +45,6 @@ fn for_groups(
             run(&mut group, &mut members);
         }
         give_back(world, first, group);
-    }
-    count
-}
-
-/// Takes the groups off their first bodies, to which [`give_back`] returns them.
-pub(in crate::systems) fn take_groups(world: &mut World) -> Vec<(Entity, Box<BodyGroup>)> {
-    let bodies = world.query_mut::<(Entity, &Body, &mut SolverScratch)>().into_iter();
-    let mut groups: Vec<(u32, Entity, Box<BodyGroup>)> = bodies
-        .filter_map(|(entity, body, scratch)| Some((body.order, entity, scratch.contact.group.take()?)))
-        .collect();
-    groups.sort_by_key(|(order, ..)| *order);
-    groups.into_iter().map(|(_, entity, group)| (entity, group)).collect()
-}
-
-pub(in crate::systems) fn give_back(world: &mut World, first: Entity, group: Box<BodyGroup>) {
-    if let Ok(scratch) = world.query_one_mut::<&mut SolverScratch>(first) {
-        scratch.contact.group = Some(group);
-    }
-}
-
-/// The bodies of every group.
-pub fn lists(world: &mut World) -> Vec<Vec<Entity>> {
-    let scratches = world.query_mut::<&SolverScratch>().into_iter();
-    scratches.filter_map(|scratch| Some(scratch.contact.group.as_ref()?.bodies.clone())).collect()
-}
-
-/// Whether any body touches others.
-fn any_touches(world: &mut World) -> bool {
-    world.query_mut::<&Contact>().into_iter().any(|contact| contact.between_bodies)
-}
-
-/// Finds the bodies that may touch each other on the way that their velocities give them, and wakes those that sleep among them.
-pub fn find_groups(world: &mut World, step: &StepContext) -> usize {
-    if !any_touches(world) {
-        return 0;
-    }
-    let ahead = |vertices: &Vertices, _: &Increment, v: usize| {
-        let way = vertices.velocity[v] * step.dt;
-        [vertices.position[v] - way, vertices.position[v] + way]
-    };
-    let count = group(world, ahead, false);
-    for group in lists(world) {
-        let is_awake = |body: &Entity| {
-            let mut sleeping = world.query_one::<(&SolveResult, Option<&Sleeping>)>(*body);
-            sleeping.get().is_ok_and(|(_, sleeping)| !sleeping.is_some_and(Sleeping::is_asleep))
-        };
-        if !group.iter().any(is_awake) {
-            continue;
-        }
-        for body in group {
-            if let Ok((sleeping, log)) = world.query_one_mut::<(&mut Sleeping, &mut TearLog)>(body)
-                && sleeping.is_asleep()
-            {
-                sleeping.wake();
-                log.pending.push(EventKind::Woke { by: WokenBy::Obstacle });
-            }
-        }
-    }
-    count
-}
-
-/// Groups bodies whose boxes meet, directly or by others; those of the step so far stay together if asked for. Returns their number.
-fn group(world: &mut World, ends: impl Fn(&Vertices, &Increment, usize) -> [DVec3; 2], stay_together: bool) -> usize {
-    let mut bodies: Vec<(u32, Entity, Bounds)> = Vec::new();
-    type Query<'a> = (Entity, &'a Body, &'a Vertices, &'a Increment, &'a Contact);
-    for (entity, body, vertices, increment, contact) in world.query_mut::<hecs::Without<Query, &Planar>>() {
-        let Some(own) = contact.self_contact.filter(|_| contact.between_bodies) else { continue };
-        let corners = (0..vertices.len()).flat_map(|v| ends(vertices, increment, v));
-        let empty = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
-        let around = corners.fold(empty, |Bounds { low, high }, x| Bounds { low: low.min(x), high: high.max(x) });
-        let more = DVec3::splat(own.radius);
-        bodies.push((body.order, entity, Bounds { low: around.low - more, high: around.high + more }));
-    }
-    bodies.sort_by_key(|(order, ..)| *order);
-    let before = take_groups(world);
-    let mut root: Vec<usize> = (0..bodies.len()).collect();
-    let join = |root: &mut Vec<usize>, i: usize, j: usize| {
-        let (low, high) = (root[i].min(root[j]), root[i].max(root[j]));
-        root.iter_mut().filter(|root| **root == high).for_each(|root| *root = low);
-    };
-    let mut by_left: Vec<usize> = (0..bodies.len()).collect();
-    by_left.sort_by(|&i, &j| bodies[i].2.low.x.total_cmp(&bodies[j].2.low.x));
-    for (place, &i) in by_left.iter().enumerate() {
-        for &j in by_left[place + 1..].iter().take_while(|&&j| bodies[j].2.low.x <= bodies[i].2.high.x) {
-            if bodies[i].2.meets(&bodies[j].2) {
-                join(&mut root, i, j);
-            }
-        }
-    }
-    for (_, group) in before.iter().filter(|_| stay_together) {
-        let places = (0..bodies.len()).filter(|&i| group.bodies.contains(&bodies[i].1)).collect::<Vec<_>>();
-        places.windows(2).for_each(|pair| join(&mut root, pair[0], pair[1]));
-    }
-    let mut count = 0;
-    for first in 0..bodies.len() {
-        let members: Vec<Entity> = (0..bodies.len()).filter(|&i| root[i] == first).map(|i| bodies[i].1).collect();
-        let is_group = members.len() > 1;
-        for &body in &members {
-            if let Ok(scratch) = world.query_one_mut::<&mut SolverScratch>(body) {
-                scratch.contact.has_neighbours = is_group;
-                if let Some(layers) = scratch.contact.layers.as_mut().filter(|_| !is_group) {
-                    (layers.touching_others, layers.overlapping_others) = (0, 0);
-                }
-            }
-        }
-        if is_group {
-            count += members.len();
-            let known = before.iter().find(|(_, group)| group.bodies == members);
-            let known = known.map(|(_, group)| group.clone());
-            give_back(
-                world,
-                bodies[first].1,
-                known.unwrap_or_else(|| Box::new(BodyGroup { bodies: members, ..BodyGroup::default() })),
-            );
-        }
     }
     count
 }
@@ -350,15 +231,6 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
     count
 }
 
-/// Adds the bodies to the groups that have come to each other on the ways that they went.
-fn find_on_the_way(world: &mut World) {
-    let went = |vertices: &Vertices, increment: &Increment, v: usize| {
-        let x = vertices.position[v];
-        [x, increment.start.get(v).copied().unwrap_or(x)]
-    };
-    group(world, went, true);
-}
-
 /// Holds bodies back that have passed through each other, or layers of one of them.
 pub fn hold_bodies_apart(world: &mut World, step: &StepContext) -> usize {
     if !any_touches(world) {
@@ -393,25 +265,4 @@ pub fn hold_bodies_apart(world: &mut World, step: &StepContext) -> usize {
             }
         },
     )
-}
-
-/// Selects with a body all that may touch it; returns the number of those selected.
-pub fn select_together(world: &mut World, _: &StepContext) -> usize {
-    let mut count = 0;
-    for group in lists(world) {
-        let mut is_active =
-            |body: &Entity| world.query_one_mut::<&SolveResult>(*body).is_ok_and(SolveResult::is_active);
-        if !group.iter().any(&mut is_active) {
-            continue;
-        }
-        for body in group {
-            if let Ok(result) = world.query_one_mut::<&mut SolveResult>(body)
-                && !result.is_active()
-            {
-                result.select(true);
-                count += usize::from(result.is_active());
-            }
-        }
-    }
-    count
 }

@@ -9,11 +9,13 @@
 mod bodies;
 mod candidates;
 mod closest;
+mod groups;
 mod search;
 mod separate;
 
-pub use bodies::{find_groups, hold_bodies_apart, lists, penetrating, push_bodies_apart, select_together};
-pub(in crate::systems) use bodies::{give_back, take_groups};
+pub use bodies::{hold_bodies_apart, penetrating, push_bodies_apart};
+pub use groups::{find_groups, lists, select_together};
+pub(in crate::systems) use groups::{give_back, take_groups};
 pub(super) use separate::asks;
 pub use separate::keep_apart;
 
