@@ -26,6 +26,8 @@ done
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 if [[ -z $out && -n $is_quick ]]; then out=$folder/quick.csv; fi
+if [[ -n $out ]]; then out=$(realpath -m "$out"); fi
+if [[ -n ${RHEXIS:-} ]]; then RHEXIS=$(realpath "$RHEXIS"); fi
 export PYTHONDONTWRITEBYTECODE=1 WARP_CACHE_PATH=$folder/warp
 
 echo "installing into $folder"
@@ -51,4 +53,6 @@ if [[ -z ${RHEXIS:-} ]]; then
 fi
 
 export RAPIER_PEER=$folder/rapier/release/rhexis-peer-rapier RHEXIS_PEER=${RHEXIS:-$folder/rhexis/release/rhexis}
+# Engines write their logs where they run.
+cd "$folder"
 "$folder/venv/bin/python" "$here/measure.py" "${options[@]}" "${missing[@]}" ${out:+--out "$out"}

@@ -908,7 +908,9 @@ RhexisStatus rhexis_body_create(RhexisWorld world, const RhexisBodyDesc *desc, R
  * Gives all triangles of a body another material while it runs: tissue that ages or dries. Of the description only the material counts, from
  * `young_fibre` to `density`. Positions, fibres and components stay.
  */
-RhexisStatus rhexis_material_set(RhexisWorld world, RhexisEntity body, const RhexisBodyDesc *desc);
+RhexisStatus rhexis_material_set(RhexisWorld world,
+                                 RhexisEntity body,
+                                 const RhexisBodyDesc *desc);
 
 /**
  * Puts an obstacle into the world, a shape in TOML such as "shape = { Sphere = { centre = [0, 0, -5], radius = 4 } }". Bodies with the
