@@ -39,10 +39,14 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
         let group = groups.iter().find(|group| group.contains(&failed[0].0));
         let first = failed[0].0;
         let is_of_group = |body: Entity| body == first || group.is_some_and(|group| group.contains(&body));
-        let (together, others): (Excluded, Excluded) = failed.drain(..).partition(|(body, _)| is_of_group(*body));
-        failed.extend(others);
-        let bodies: SmallVec<[Entity; 4]> = together.iter().map(|(body, _)| *body).collect();
-        for (body, result) in together {
+        let (mut bodies, mut place) = (SmallVec::<[Entity; 4]>::new(), 0);
+        while place < failed.len() {
+            if !is_of_group(failed[place].0) {
+                place += 1;
+                continue;
+            }
+            let (body, result) = failed.remove(place);
+            bodies.push(body);
             // As in `give_back`.
             let _ = world.insert_one(body, result);
         }

@@ -182,7 +182,7 @@ impl<'a> Part<'a> {
 fn factor(parts: &[Part<'_>], links: &[Link], first: &[u32]) -> Factor {
     let mut blocks = Blocks::default();
     parts.iter().zip(first).for_each(|(part, first)| blocks.add_body(&part.operator, *first));
-    for link in &*links {
+    for link in links {
         blocks.add_spring(&link.spring, link.ends.map(|end| end.map(|(part, row)| first[part] + row as u32)));
     }
     let free: Vec<&FreeAxes> = parts.iter().map(|part| &part.scratch.free).collect();
@@ -266,7 +266,7 @@ impl<'a> Group<'a> {
             }
         }
         let Self { parts, links, .. } = &mut *self;
-        for link in &*links {
+        for link in links {
             let force = link.start - link.spring.stiffness * link.growth(|part, row| parts[part].x[row]);
             for (part, row, weight) in link.ends() {
                 let Part { scratch, residual, .. } = &mut parts[part];
@@ -358,7 +358,7 @@ impl<'a> Group<'a> {
     fn multiply(&mut self) -> f64 {
         let Self { parts, links, .. } = self;
         let mut curvature: f64 = parts.iter_mut().map(Part::multiply).sum();
-        for link in &*links {
+        for link in links {
             let growth = link.growth(|part, row| parts[part].direction[row]);
             let force = link.spring.stiffness * growth;
             curvature += force * growth;
