@@ -1,8 +1,9 @@
 //! One solve for bodies that touch each other, before each is solved by itself.
 //!
 //! Springs between bodies couple their systems: A·δ + Σ k·(n·w)·(n·w)ᵀ·δ = b over all vertices of a group. Conjugate gradients in double precision
-//! solve that with an incomplete factor of the whole. The forces of the springs in the answer, equal and
-//! opposite, are then loads of the bodies and δ their first guess: reactions, the energy guard and the balance of momentum see loads. Solved in turns, a light body on stiff springs would be thrown off.
+//! solve that with an incomplete factor of the whole. The forces of the springs in the answer, equal and opposite, are then loads of the bodies, which
+//! take δ as it is: reactions, the energy guard and the balance of momentum see loads. Solved in turns, a light body on stiff springs would be
+//! thrown off.
 
 mod factor;
 
