@@ -1,6 +1,6 @@
 //! Contact between bodies: one rests on another, momentum is kept, and none passes through another.
 
-use super::layers::{GRAVITY, empty, grid, hold, tissue, touching, with};
+use super::layers::{GRAVITY, empty, grid, hold, passes, tissue, touching, with};
 use glam::DVec3;
 use rhexis::components::{Bending, Contact, Curve, Damping, Gravity, Sleeping};
 use rhexis::membrane::Membrane;
@@ -53,13 +53,7 @@ fn crossings(simulation: &Simulation, bodies: &[BodyId]) -> usize {
                         if p.max(q).cmplt(low).any() || p.min(q).cmpgt(high).any() {
                             continue;
                         }
-                        let matrix = glam::DMat3::from_cols(p - q, b - a, c - a);
-                        if matrix.determinant() == 0.0 {
-                            continue;
-                        }
-                        let solved = matrix.inverse() * (p - a);
-                        let is_inside = solved.y > 0.0 && solved.z > 0.0 && solved.y + solved.z < 1.0;
-                        count += usize::from(is_inside && solved.x > 0.0 && solved.x < 1.0);
+                        count += usize::from(passes([p, q], [a, b, c]));
                     }
                 }
             }

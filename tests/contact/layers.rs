@@ -53,6 +53,14 @@ pub fn with<T>(simulation: &Simulation, body: BodyId, look: impl Fn(&Vertices, &
     look(&vertices.unwrap(), &triangles.unwrap())
 }
 
+/// Whether an edge passes through a triangle: p + t·(q − p) = a + u·(b − a) + v·(c − a), solved.
+pub fn passes([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
+    let matrix = glam::DMat3::from_cols(p - q, b - a, c - a);
+    let solved = matrix.inverse() * (p - a);
+    let is_inside = solved.y > 0.0 && solved.z > 0.0 && solved.y + solved.z < 1.0;
+    matrix.determinant() != 0.0 && is_inside && solved.x > 0.0 && solved.x < 1.0
+}
+
 /// Edges that pass through triangles whose corners are all farther than a band from theirs in the rest shape: by solving for the point, all against all.
 fn crossings(simulation: &Simulation, body: BodyId, band: f64) -> usize {
     with(simulation, body, |vertices, triangles| {
@@ -77,14 +85,7 @@ fn crossings(simulation: &Simulation, body: BodyId, band: f64) -> usize {
                 if edge.iter().any(|&v| corners.iter().any(|&w| v == w || near(v, w))) {
                     continue;
                 }
-                // p + t·(q − p) = a + u·(b − a) + v·(c − a)
-                let matrix = glam::DMat3::from_cols(p - q, b - a, c - a);
-                if matrix.determinant() == 0.0 {
-                    continue;
-                }
-                let solved = matrix.inverse() * (p - a);
-                let is_inside = solved.y > 0.0 && solved.z > 0.0 && solved.y + solved.z < 1.0;
-                count += usize::from(is_inside && solved.x > 0.0 && solved.x < 1.0);
+                count += usize::from(passes([p, q], [a, b, c]));
             }
         }
         count

@@ -99,7 +99,7 @@ pub(crate) struct Layers {
     pub found_of: Vec<[u32; 3]>,
     /// Reach and band of the last search \[mm\].
     pub found_within: [f64; 2],
-    /// Whether it paired parts of different bodies alone.
+    /// Restriction of the last search to parts of different bodies.
     pub found_between: bool,
     /// Whether the pairs exceeded the limit of the search; the list is then empty.
     pub are_too_many: bool,

@@ -223,7 +223,7 @@ pub(crate) struct ContactScratch {
     pub friction_points_before: Vec<FrictionPoint>,
     /// Contact of the body with itself, where it has any.
     pub layers: Option<Box<Layers>>,
-    /// Whether other bodies are so near that they may touch it in this step.
+    /// Presence of other bodies that may touch it in this step.
     pub has_neighbours: bool,
     /// These bodies and it, where it is the first of them.
     pub group: Option<Box<BodyGroup>>,

@@ -129,7 +129,7 @@ pub struct Contact {
     pub friction: f64,
     /// Contact of the body with itself; `None` for none.
     pub self_contact: Option<SelfContact>,
-    /// Whether its layers are kept from those of other bodies that ask for it too, at the mean of both radii of `self_contact`, which it needs.
+    /// Contact with other bodies that ask for it too, at the mean of both radii of `self_contact`, which it needs.
     pub between_bodies: bool,
 }
 

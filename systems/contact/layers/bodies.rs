@@ -22,7 +22,7 @@ type Member<'a> = (
     (&'a Frames, Option<&'a Bending>),
 );
 
-/// Whether a body is in the step.
+/// Participation of a body in the step.
 fn is_in_step(result: Option<&SolveResult>) -> bool {
     result.is_some_and(|result| result.is_in_step)
 }
@@ -174,7 +174,7 @@ pub fn push_bodies_apart(world: &mut World, step: &StepContext) -> usize {
         let share = |pair: &Pair, weights: &[f64; 4], distance: f64| {
             let of = body(pair.rows[3]);
             let own = |v: u32| v.wrapping_sub(joined.first[of]);
-            // The vertex of another body is none of this one's.
+            // This body does not have the vertex of another.
             let rows = [u32::MAX, own(pair.rows[1]), own(pair.rows[2]), own(pair.rows[3])];
             let local = Pair { rows, triangle: pair.triangle - joined.first_triangle[of], ..*pair };
             share(&local, weights, ((u32::MAX, joined.x[pair.rows[0] as usize]), distance), backings[of].mesh)

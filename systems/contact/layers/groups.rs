@@ -38,7 +38,7 @@ pub fn lists(world: &mut World) -> Vec<Vec<Entity>> {
     scratches.filter_map(|scratch| Some(scratch.contact.group.as_ref()?.bodies.clone())).collect()
 }
 
-/// Whether any body touches others.
+/// Presence of a body that touches others.
 pub(super) fn any_touches(world: &mut World) -> bool {
     world.query_mut::<&Contact>().into_iter().any(|contact| contact.between_bodies)
 }

@@ -44,7 +44,7 @@ pub(super) enum Owners<'a> {
 }
 
 impl Owners<'_> {
-    /// Whether a triangle is the one that speaks for one of its vertices, the row `v`.
+    /// Ownership of a vertex, the row `v`, by one of its triangles.
     fn vertex(self, t: u32, (corner, v): (usize, u32)) -> bool {
         match self {
             Self::Of(topology) => topology.incident[v as usize].first().is_some_and(|first| first / 3 == t),

@@ -169,7 +169,7 @@ impl<'a> Motion<'a> {
         Sweep { x, start, rest, corners, owners, between, reach: radii.largest(), band }
     }
 
-    /// Lists the pairs that the way to `x` has carried through each other. Whether these are so far or so many that another solve is to see them.
+    /// Lists the pairs that the way to `x` has carried through each other. Returns true where another solve is to see them.
     pub(super) fn asks(&self, x: &[DVec3], is_between: bool, layers: &mut Layers) -> bool {
         self.sweep(x, is_between).find(layers);
         let Layers { pairs, starts, through, .. } = layers;
@@ -187,7 +187,7 @@ impl<'a> Motion<'a> {
         count > FEW || deepest > SHALLOW
     }
 
-    /// Holds the vertices back whose layers have passed through each other on the way to `x`, by at most so many box tests; tests are counted in `layers`.
+    /// Holds the vertices back whose layers have passed through each other on the way to `x`, with `most` box tests as the limit, counted in `layers`.
     pub(super) fn hold_back(
         &self,
         (x, mass, free): (&mut [DVec3], &[f64], &FreeAxes),
