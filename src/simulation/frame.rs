@@ -20,7 +20,7 @@ impl Simulation {
     /// The state of all bodies now. Costs one evaluation of every stress and force and, at each tip, of the criterion.
     pub fn frame(&self) -> Frame {
         let frames = self.bodies().into_iter().filter_map(|body| self.body_frame(body)).collect();
-        Frame { step: self.report.step, time: self.report.time, bodies: frames, solids: self.solid_frames() }
+        Frame { step: self.report.step, time: self.report.time, bodies: frames, solids: self.solids() }
     }
 
     fn body_frame(&self, body: BodyId) -> Option<BodyFrame> {

@@ -24,7 +24,18 @@ struct Surface {
 
 impl Simulation {
     /// Surfaces of all obstacles, in the order of their handles, then of forceps and closed jaws, each with its force on the bodies.
-    pub(super) fn solid_frames(&self) -> Vec<SolidFrame> {
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, _) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let shape = Shape::Sphere { centre: DVec3::new(5.0, 5.0, -3.0), radius: 2.0 };
+    /// simulation.spawn_obstacle(Solid::new(shape))?;
+    /// let solids = simulation.solids();
+    /// assert!(solids[0].positions.iter().all(|p| (p.distance(DVec3::new(5.0, 5.0, -3.0)) - 2.0).abs() < 1e-12));
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
+    pub fn solids(&self) -> Vec<SolidFrame> {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for vertices in self.world.query::<&Vertices>().iter() {
             for p in &vertices.position {
