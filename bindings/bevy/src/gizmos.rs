@@ -1,15 +1,20 @@
-//! What cannot be seen of a tissue, as lines: fibres, stress, tear tips, material force.
+//! What cannot be seen of a tissue, as lines: fibres, stress, tear tips, forces.
 
+use crate::forceps::ForcepsState;
+use crate::pins::PinsState;
+use crate::space::Space;
 use crate::tissue::TissueBody;
 use crate::world::RhexisWorld;
 use bevy::color::Color;
 use bevy::ecs::prelude::*;
 use bevy::gizmos::config::GizmoConfigGroup;
 use bevy::gizmos::gizmos::Gizmos;
+use bevy::prelude::GlobalTransform;
 use bevy::reflect::Reflect;
+use rhexis::components::Obstacle;
 use rhexis::glam::DVec3;
 use rhexis::simulation::{BodyView, DebugLine, DebugLines, Simulation, SimulationError};
-use rhexis::storage::BodyId;
+use rhexis::storage::{BodyId, ObstacleId};
 
 /// The group of the plugin's lines, for their width and depth.
 #[derive(Default, Reflect, GizmoConfigGroup)]
@@ -26,6 +31,8 @@ pub struct RhexisGizmos {
     pub tips: bool,
     /// Length \[mm\] of a material force of 1 N/mm at a tear tip.
     pub material_force: Option<f64>,
+    /// Length \[mm\] of the arrow for 1 N of an obstacle, forceps or pins on tissue, from their middle.
+    pub forces: Option<f64>,
     /// Whether lines from gripped and held vertices to where they are drawn are shown.
     pub grips: bool,
     /// Whether lines from vertices inside an obstacle to its surface are drawn.
@@ -34,6 +41,9 @@ pub struct RhexisGizmos {
 
 /// Colour of the material force: red, green, blue, from 0 to 1.
 const MATERIAL_FORCE: [f32; 3] = [0.9, 0.1, 0.2];
+
+/// Colour of forces of obstacles and tools: red, green, blue, from 0 to 1.
+const FORCE: [f32; 3] = [0.0, 0.45, 0.7];
 
 impl RhexisGizmos {
     fn of_engine(&self) -> Option<DebugLines> {
@@ -47,6 +57,7 @@ pub(crate) fn draw(
     wanted: Res<RhexisGizmos>,
     mut world: ResMut<RhexisWorld>,
     tissues: Query<&TissueBody>,
+    (tools, pins): (Query<&ForcepsState>, Query<(&PinsState, &GlobalTransform)>),
     mut gizmos: Gizmos<RhexisGizmoGroup>,
 ) {
     let (space, engine) = (*world.space(), wanted.of_engine());
@@ -57,15 +68,38 @@ pub(crate) fn draw(
             let _ = world.quietly().debug_lines(body.body(), which, &mut lines);
         }
         let forces = wanted.material_force.map(|length| material_forces(world.quietly(), body.body(), length));
-        let [r, g, b] = MATERIAL_FORCE;
-        for [from, to] in forces.and_then(Result::ok).into_iter().flatten() {
-            gizmos.arrow(space.to_world(from), space.to_world(to), Color::srgb(r, g, b));
+        for arrow in forces.and_then(Result::ok).into_iter().flatten() {
+            draw_arrow(&mut gizmos, &space, arrow, MATERIAL_FORCE);
+        }
+    }
+    if let Some(length) = wanted.forces {
+        let of_tools = tools.iter().filter_map(|state| Some((state.pose()?.position, state.force)));
+        let of_pins = pins.iter().map(|(state, place)| (space.to_engine(place.translation()), state.force));
+        let forces = obstacle_forces(world.simulation()).into_iter().chain(of_tools).chain(of_pins);
+        for (place, force) in forces.filter(|(_, force)| *force != DVec3::ZERO) {
+            draw_arrow(&mut gizmos, &space, [place, place + force * length], FORCE);
         }
     }
     for line in lines {
         let [r, g, b] = line.kind.colour();
         gizmos.line(space.to_world(line.from), space.to_world(line.to), Color::srgb(r, g, b));
     }
+}
+
+fn draw_arrow(gizmos: &mut Gizmos<RhexisGizmoGroup>, space: &Space, [from, to]: [DVec3; 2], [r, g, b]: [f32; 3]) {
+    gizmos.arrow(space.to_world(from), space.to_world(to), Color::srgb(r, g, b));
+}
+
+/// Middle of each obstacle \[mm\] and its force on all bodies \[N\] in the last step.
+fn obstacle_forces(simulation: &Simulation) -> Vec<(DVec3, DVec3)> {
+    let forces = simulation.bodies().into_iter().filter_map(|body| simulation.contact_forces(body).ok());
+    let forces: Vec<_> = forces.flatten().collect();
+    let total = |obstacle| forces.iter().filter(|(other, _)| *other == obstacle).map(|(_, force)| *force).sum();
+    let middle = |obstacle: ObstacleId| {
+        let found = simulation.world().get::<&Obstacle>(obstacle.entity()).ok()?;
+        Some((found.shape.anchor(), total(obstacle)))
+    };
+    simulation.obstacles().into_iter().filter_map(middle).collect()
 }
 
 /// The material forces at a body's tips, carried with the tissue: from the tip, so many mm long for 1 N/mm.

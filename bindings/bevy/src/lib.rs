@@ -19,13 +19,14 @@
 //!
 //! A [`Tissue`] is a membrane of the engine shown by a mesh; [`Forceps`] and [`Pins`] follow the transforms of their entities. What
 //! happens comes as messages: [`TissueEvent`], [`TissueGone`], [`RhexisError`]. All else are calls of the engine, through
-//! [`RhexisWorld`]. Units are the engine's: mm, g, ms, hence N and MPa.
+//! [`RhexisWorld`]; [`ShownObstacles`] shows the engine's obstacles. Units are the engine's: mm, g, ms, hence N and MPa.
 
 mod forceps;
 #[cfg(feature = "gizmos")]
 mod gizmos;
 mod mesh;
 mod message;
+mod obstacles;
 mod pins;
 mod plugin;
 mod space;
@@ -38,6 +39,7 @@ pub use forceps::{Forceps, ForcepsState};
 pub use gizmos::{RhexisGizmoGroup, RhexisGizmos, material_forces};
 pub use mesh::MeshUpdates;
 pub use message::{Cause, RhexisError, TissueEvent, TissueGone};
+pub use obstacles::{ShownObstacle, ShownObstacles};
 pub use pins::{Pins, PinsState};
 pub use plugin::{RhexisPlugin, RhexisSystems};
 pub use rhexis;

@@ -52,6 +52,8 @@ pub enum Cause {
     NothingToPin(Option<f64>),
     /// A mesh that is not in the main world's memory any more.
     MeshTaken,
+    /// A side \[mm\] of shown planes that is not positive and finite.
+    BadPlaneSide(f64),
 }
 
 impl RhexisError {
@@ -103,6 +105,10 @@ impl fmt::Display for Cause {
             }
             Self::MeshTaken => f.write_str(
                 "its mesh is not in the main world's memory any more: leave the asset usages of a tissue's mesh as they are",
+            ),
+            Self::BadPlaneSide(side) => write!(
+                f,
+                "no obstacles are shown, as {side} mm is no side of a square: give a positive finite number"
             ),
         }
     }

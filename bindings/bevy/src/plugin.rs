@@ -3,7 +3,7 @@
 use crate::message::{Cause, RhexisError, TissueEvent, TissueGone};
 use crate::space::Space;
 use crate::world::RhexisWorld;
-use crate::{forceps, pins, step, tissue};
+use crate::{forceps, obstacles, pins, step, tissue};
 use bevy::app::{App, Plugin, PostUpdate};
 use bevy::asset::AssetEventSystems;
 use bevy::ecs::prelude::*;
@@ -14,11 +14,11 @@ use rhexis::simulation::Simulation;
 /// Steps of the plugin in `PostUpdate`, in this order.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RhexisSystems {
-    /// New tissues come into the engine, before transforms are propagated.
+    /// New tissues come into the engine and obstacles into the app, before transforms are propagated.
     Spawn,
     /// Tools follow their transforms, and the steps that are due are made, after transforms are propagated.
     Step,
-    /// Events become messages, and meshes are written, before the changes of assets are told.
+    /// Events become messages, meshes are written and obstacles follow the engine's, before the changes of assets are told.
     Show,
 }
 
@@ -57,12 +57,14 @@ impl Plugin for RhexisPlugin {
         app.configure_sets(PostUpdate, RhexisSystems::Spawn.before(TransformSystems::Propagate));
         app.configure_sets(PostUpdate, RhexisSystems::Step.after(TransformSystems::Propagate));
         app.configure_sets(PostUpdate, RhexisSystems::Show.before(AssetEventSystems));
-        app.add_systems(PostUpdate, tissue::spawn.in_set(RhexisSystems::Spawn));
+        let spawn = (tissue::spawn, obstacles::refuse, obstacles::spawn).chain();
+        app.add_systems(PostUpdate, spawn.in_set(RhexisSystems::Spawn));
         app.add_systems(PostUpdate, step::advance.in_set(RhexisSystems::Step));
-        let show = (step::tell, tissue::see_gone, tissue::update_meshes).chain();
+        let show = (step::tell, tissue::see_gone, tissue::update_meshes, obstacles::follow).chain();
         app.add_systems(PostUpdate, show.in_set(RhexisSystems::Show));
         app.add_observer(tissue::on_removed_tissue).add_observer(tissue::on_removed_body);
         app.add_observer(forceps::on_removed).add_observer(pins::on_removed);
+        app.add_observer(obstacles::on_removed_list);
     }
 
     /// Adds the lines where the app draws any.

@@ -1,6 +1,7 @@
 //! The steps that are due in a frame, with the tools' motions in them.
 
 use crate::message::{RhexisError, TissueEvent};
+use crate::obstacles::{self, ShownObstacle, ShownObstacles};
 use crate::tissue::TissueBody;
 use crate::world::RhexisWorld;
 use crate::{forceps, pins};
@@ -11,8 +12,8 @@ pub(crate) fn advance(
     time: Res<Time>,
     mut world: ResMut<RhexisWorld>,
     tissues: Query<(Entity, &TissueBody)>,
-    mut tools: Query<forceps::Tools>,
-    mut pins: Query<pins::Nails>,
+    (mut tools, mut pins): (Query<forceps::Tools>, Query<pins::Nails>),
+    (mut shown, lists): (Query<&mut ShownObstacle>, Query<&ShownObstacles>),
     mut commands: Commands,
     mut errors: MessageWriter<RhexisError>,
 ) {
@@ -33,6 +34,9 @@ pub(crate) fn advance(
     pins::aim(world, &mut pins, &tissues, &mut commands, &mut errors);
     for done in 0..steps {
         pins::drive(world.quietly(), &mut pins, steps - done, &mut commands, &mut errors);
+        if done + 1 == steps {
+            obstacles::note_start(world.simulation(), &mut shown, &lists);
+        }
         if let Err(error) = world.step() {
             errors.write(RhexisError::of_world(error));
             break;

@@ -6,6 +6,7 @@ mod common;
 mod gizmos;
 mod life;
 mod mesh;
+mod obstacles;
 mod readme;
 mod time;
 mod tools;
