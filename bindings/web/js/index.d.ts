@@ -1,6 +1,6 @@
 import type { World, Recipe, CatalogEntry } from "./simd/rhexis_web.js";
 export type {
-  World, Recipe, CatalogEntry, Measures, BodyFigures, TearFigures, CourseFigures, GraspFigures, NamedForce, WorldEvent,
+  World, Recipe, CatalogEntry, Measures, BodyFigures, TearFigures, CourseFigures, GraspFigures, NamedForce, Surfaces, WorldEvent,
 } from "./simd/rhexis_web.js";
 
 /** Whether WebAssembly has 128-bit SIMD here. */

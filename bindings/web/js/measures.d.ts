@@ -6,6 +6,14 @@ export interface CatalogEntry {
   text: string;
 }
 
+/** Triangles in space, which face outwards. */
+export interface Surfaces {
+  /** Three numbers per vertex, in mm. */
+  positions: Float32Array;
+  /** Rows of the vertices, three per triangle. */
+  indices: Uint32Array;
+}
+
 /** A force by the name of its hold or grip, in N. */
 export interface NamedForce {
   name: string;

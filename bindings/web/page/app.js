@@ -237,6 +237,7 @@ function listen() {
   });
   on("fibres", "change", () => { state.isStale = true; });
   on("tips", "change", ({ target }) => { view.tips.visible = view.directions.visible = target.checked; view.isStale = true; });
+  on("obstacles", "change", ({ target }) => { view.obstacles.visible = target.checked; view.isStale = true; });
   on("mesh", "change", ({ target }) => { view.wires.visible = target.checked; view.isStale = true; });
   document.querySelectorAll("input[name=tool]").forEach((radio) => radio.addEventListener("change", () => hand.setTool(radio.value)));
   document.querySelectorAll("input[name=shade]").forEach((radio) => radio.addEventListener("change", () => {

@@ -1,4 +1,4 @@
-// The picture: tissue, fibres, tips and tools, by three.js.
+// The picture: tissue, fibres, tips, obstacles and tools, by three.js.
 
 import * as THREE from "three";
 import { OrbitControls } from "./vendor/OrbitControls.js";
@@ -33,6 +33,9 @@ export class View {
     this.tissue = new THREE.Mesh(this.geometry, this.shell);
     this.wires = new THREE.Mesh(this.geometry, new THREE.MeshBasicMaterial({ color: 0x10202e, wireframe: true, transparent: true, opacity: 0.3 }));
     this.wires.visible = false;
+    // Tissue that lies on an obstacle is drawn before it.
+    const solid = { color: 0xa9b2bb, flatShading: true, polygonOffset: true, polygonOffsetFactor: 4, polygonOffsetUnits: 16 };
+    this.obstacles = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshLambertMaterial(solid));
     const lines = (color, opacity = 1) =>
       new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color, transparent: opacity < 1, opacity }));
     this.fibres = lines(0xffffff, 0.55);
@@ -45,7 +48,7 @@ export class View {
     this.jaws.visible = false;
     this.blade = lines(0xa33a00);
     this.blade.material.depthTest = false;
-    const all = [this.tissue, this.wires, this.fibres, this.directions, this.grips, this.tips, this.jaws, this.blade];
+    const all = [this.tissue, this.wires, this.obstacles, this.fibres, this.directions, this.grips, this.tips, this.jaws, this.blade];
     all.forEach((object) => { object.frustumCulled = false; });
     this.scene.add(...all);
   }
@@ -80,21 +83,16 @@ export class View {
   }
 
   /** Shows a state. */
-  show({ positions, indices, values, fibres, tips, tipDirections, grips, place }, high, jawRadius) {
-    const count = positions.length;
-    const held = this.geometry.getAttribute("position");
-    if (!held || held.array.length !== count) {
-      this.geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
-      this.geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(count), 3));
-    } else {
-      held.array.set(positions);
-      held.needsUpdate = true;
+  show({ positions, indices, values, fibres, tips, tipDirections, grips, solids, solidIndices, place }, high, jawRadius) {
+    setSurface(this.geometry, positions, indices);
+    if (this.geometry.getAttribute("color")?.array.length !== positions.length) {
+      this.geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(positions.length), 3));
     }
     const colour = this.geometry.getAttribute("color");
     colours(values, high, colour.array);
     colour.needsUpdate = true;
-    this.#setIndex(indices);
     this.geometry.boundingSphere = null;
+    setSurface(this.obstacles.geometry, solids, solidIndices);
     setPoints(this.fibres.geometry, fibres);
     setPoints(this.tips.geometry, tips);
     setPoints(this.directions.geometry, tipDirections);
@@ -103,12 +101,6 @@ export class View {
     if (place) this.jaws.position.fromArray(place);
     this.jaws.scale.setScalar(jawRadius);
     this.isStale = true;
-  }
-
-  #setIndex(indices) {
-    const held = this.geometry.getIndex();
-    const isSame = held && held.array.length === indices.length && held.array.every((row, i) => row === indices[i]);
-    if (!isSame) this.geometry.setIndex(new THREE.BufferAttribute(indices, 1));
   }
 
   /** The ray under a place of the picture, from −1 to 1 either way. */
@@ -182,6 +174,20 @@ export class View {
     this.light.position.copy(this.camera.position).add(new THREE.Vector3(-this.size, this.size, this.size));
     this.renderer.render(this.scene, this.camera);
   }
+}
+
+/** Places the vertices of triangles, and takes their rows over where they are others. */
+function setSurface(geometry, positions, indices) {
+  const held = geometry.getAttribute("position");
+  if (held?.array.length === positions.length) {
+    held.array.set(positions);
+    held.needsUpdate = true;
+  } else {
+    geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
+  }
+  const rows = geometry.getIndex()?.array;
+  const isSame = rows?.length === indices.length && rows.every((row, i) => row === indices[i]);
+  if (!isSame) geometry.setIndex(new THREE.BufferAttribute(indices, 1));
 }
 
 /** Refills a buffer, and makes a longer one where it does not suffice. */

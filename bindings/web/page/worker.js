@@ -16,10 +16,11 @@ function about() {
 
 /** What a picture needs. */
 function picture({ shade, fibres }) {
+  const obstacles = world.obstacles();
   const arrays = {
     positions: world.positions(), indices: world.indices(), values: world.vertexValues(shade),
     fibres: fibres ? world.fibres() : new Float32Array(), tips: world.tips(), tipDirections: world.tipDirections(),
-    grips: world.grips(),
+    grips: world.grips(), solids: obstacles.positions, solidIndices: obstacles.indices,
   };
   return { ...arrays, place: world.gripPlace(), undoCount: world.undoCount };
 }

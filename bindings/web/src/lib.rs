@@ -300,6 +300,17 @@ impl World {
         self.engine.indices()
     }
 
+    /// Surfaces of all obstacles where they are now: positions \[mm\], and triangles that face outwards. Of a plane the part under the bodies.
+    #[wasm_bindgen(unchecked_return_type = "Surfaces")]
+    pub fn obstacles(&self) -> JsValue {
+        let (positions, indices) = self.engine.obstacles();
+        let surfaces = js_sys::Object::new();
+        let put = |name: &str, array: &JsValue| _ = js_sys::Reflect::set(&surfaces, &name.into(), array);
+        put("positions", &js_sys::Float32Array::from(positions.as_slice()).into());
+        put("indices", &js_sys::Uint32Array::from(indices.as_slice()).into());
+        surfaces.into()
+    }
+
     /// A number per triangle: `"stress"`, the largest principal stress \[MPa\], or `"criterion"`, above 1 where it would tear.
     #[wasm_bindgen(js_name = triangleValues)]
     pub fn triangle_values(&mut self, what: &str) -> Thrown<Vec<f32>> {

@@ -3,6 +3,7 @@
 use crate::engine::Engine;
 use glam::DVec3;
 use rhexis::components::{Frames, Tearing};
+use rhexis::frame::SolidKind;
 use rhexis::simulation::{DebugKind, DebugLine, DebugLines};
 use rhexis::storage::{BodyId, Tips, Triangles, Vertices};
 use rhexis::systems::fracture::strength;
@@ -51,6 +52,19 @@ impl Engine {
             first += vertices.len() as u32;
         }
         all
+    }
+
+    /// Positions of the obstacles' surfaces \[mm\], three numbers per vertex, and rows of the vertices, three per triangle. Of a plane the part under
+    /// the bodies.
+    pub fn obstacles(&self) -> (Vec<f32>, Vec<u32>) {
+        let (mut positions, mut indices) = (Vec::new(), Vec::new());
+        let solids = self.instance.simulation.solids();
+        for obstacle in solids.iter().filter(|solid| solid.kind == SolidKind::Obstacle) {
+            let first = positions.len() as u32 / 3;
+            indices.extend(obstacle.triangles.iter().flatten().map(|row| row + first));
+            obstacle.positions.iter().for_each(|&point| put(&mut positions, point));
+        }
+        (positions, indices)
     }
 
     /// A number per triangle.

@@ -46,6 +46,21 @@ function onPage(page, point) {
   }, point);
 }
 
+/** Colour of the picture at a point of space. */
+function pixel(page, point) {
+  return page.evaluate((point) => {
+    const { view } = window.rhexis;
+    view.isStale = true;
+    view.render();
+    const gl = view.renderer.getContext();
+    const at = view.project(view.vector(point));
+    const colour = new Uint8Array(4);
+    const place = [gl.drawingBufferWidth * (at.x + 1) / 2, gl.drawingBufferHeight * (at.y + 1) / 2].map(Math.floor);
+    gl.readPixels(...place, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, colour);
+    return [...colour];
+  }, point);
+}
+
 async function drag(page, from, to, pause) {
   const [a, b] = [await onPage(page, from), await onPage(page, to)];
   await page.mouse.move(a.x, a.y);
@@ -170,9 +185,31 @@ const checks = {
       await page.keyboard.press("Tab");
       seen.add(await page.evaluate(() => document.activeElement.id || document.activeElement.textContent.trim()));
     }
-    for (const id of ["play", "step", "reset", "scene", "scripted", "fibres", "tips", "mesh", "file", "unit", "angle", "record", "Keys"]) {
+    for (const id of ["play", "step", "reset", "scene", "scripted", "fibres", "tips", "mesh", "obstacles", "file", "unit", "angle", "record", "Keys"]) {
       assert.ok(seen.has(id), `${id} is not reached by Tab: ${[...seen]}`);
     }
+    await page.close();
+  },
+
+  async "obstacles are in the picture, and move"() {
+    const page = await open("");
+    const scene = await readFile(new URL("pushed.toml", import.meta.url));
+    await page.locator("#file").setInputFiles({ name: "pushed.toml", mimeType: "text/plain", buffer: scene });
+    await until(page, () => document.getElementById("status").textContent.includes("ready"), "the scene is opened");
+    const top = () => page.evaluate(() => Math.max(...window.rhexis.view.obstacles.geometry.getAttribute("position").array.filter((_, i) => i % 3 === 1)));
+    assert.ok(Math.abs((await top()) - 22) < 1e-4, `${await top()}`);
+    // Its upper end comes where the ground was.
+    const before = await pixel(page, [36, 28, 2]);
+    await page.evaluate(() => window.rhexis.play(true));
+    await until(page, () => window.rhexis.state.last.measures.steps >= 110, "the scene runs");
+    await page.evaluate(() => window.rhexis.play(false));
+    await until(page, () => !window.rhexis.state.isAsking, "the page rests");
+    assert.ok(Math.abs((await top()) - 32) < 1e-4, `${await top()}`);
+    const after = await pixel(page, [36, 28, 2]);
+    assert.notDeepEqual(after, before, "the capsule is drawn where it has come");
+    if (screenshots) await page.screenshot({ path: join(screenshots, "obstacles.png") });
+    await page.getByLabel("Obstacles").uncheck();
+    assert.deepEqual(await pixel(page, [36, 28, 2]), before, "obstacles are hidden on demand");
     await page.close();
   },
 

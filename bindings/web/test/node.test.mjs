@@ -2,6 +2,7 @@
 
 import test from "node:test";
 import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
 import { load } from "../dist/index.js";
 
 const engine = await load();
@@ -61,6 +62,26 @@ test("arrays go together", () => {
   assert.equal(world.tips().length, 3);
   assert.equal(world.measures().bodies[0].triangles, triangles);
   world.free();
+});
+
+test("obstacles are surfaces that move with the scene", async () => {
+  const world = engine.world({ scene: await readFile(new URL("pushed.toml", import.meta.url), "utf8") });
+  for (const steps of [0, 40]) {
+    world.step(steps);
+    const { positions, indices } = world.obstacles();
+    assert.ok(positions instanceof Float32Array && indices instanceof Uint32Array);
+    const points = Array.from({ length: positions.length / 3 }, (_, i) => Array.from(positions.subarray(3 * i, 3 * i + 3)));
+    assert.ok(Math.max(...indices) === points.length - 1 && indices.length % 3 === 0);
+    const ball = points.filter(([x]) => x < 30).map(([x, y, z]) => Math.hypot(x - 15, y - 15, z + 4 - steps * 0.05));
+    assert.ok(ball.length > 500 && ball.every((radius) => Math.abs(radius - 4) < 1e-5));
+    const rod = points.filter(([x]) => x > 30).map(([, y]) => y - steps * 0.1);
+    assert.ok(Math.abs(Math.min(...rod) + 2) < 1e-5 && Math.abs(Math.max(...rod) - 22) < 1e-5);
+  }
+  assert.ok(Math.max(...world.positions().filter((_, i) => i % 3 === 2)) > 1, "the ball has pushed the sheet");
+  world.free();
+  const bare = engine.world({ scene: "fig2-tear" });
+  assert.equal(bare.obstacles().positions.length, 0);
+  bare.free();
 });
 
 test("a blade cuts, a cut beside the tissue is refused and changes nothing", () => {
