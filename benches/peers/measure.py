@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -75,9 +76,8 @@ def isolated(job: dict[str, Any], row: Row) -> Row:
     return Row(**asdict(row) | json.loads(done.stdout.strip().splitlines()[-1]))
 
 
-def measure(scenes: list[Path], is_quick: bool, missing: dict[str, str]) -> list[Row]:
+def measure(scenes: list[Path], is_quick: bool, missing: dict[str, str]) -> Iterator[Row]:
     """Runs every engine on every mesh, from coarse settings to fine ones."""
-    rows: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:
         for scene in scenes:
             for cells in scene_cells(scene)[: 1 if is_quick else None]:
@@ -91,16 +91,16 @@ def measure(scenes: list[Path], is_quick: bool, missing: dict[str, str]) -> list
                 for engine, settings in SETTINGS.items():
                     row = Row(scene.stem, 2 * cells[0] * cells[1], engine)
                     if engine in missing:
-                        rows.append(Row(**asdict(row) | {"note": f"not run: {missing[engine]}"}))
+                        yield Row(**asdict(row) | {"note": f"not run: {missing[engine]}"})
                         continue
                     for setting in settings[:: 3 if is_quick else 1]:
                         job = {"scene": str(scene), "cells": cells, "reference": str(reference), "engine": engine, "setting": setting}
                         words = ", ".join(f"{name} {value:.2g}" if isinstance(value, float) else f"{name} {value}" for name, value in setting.items())
-                        rows.append(isolated(job | {"rounds": 1 if is_quick else ROUNDS}, Row(**asdict(row) | {"setting": words})))
-                        print("|".join(cell(rows[-1])), flush=True)
-                        if rows[-1].note or rows[-1].ms_per_step > SLOWEST / (5 if is_quick else 1):
+                        done = isolated(job | {"rounds": 1 if is_quick else ROUNDS}, Row(**asdict(row) | {"setting": words}))
+                        print("|".join(cell(done)), flush=True)
+                        yield done
+                        if done.note or done.ms_per_step > SLOWEST / (5 if is_quick else 1):
                             break
-    return rows
 
 
 def cell(row: Row) -> list[str]:
@@ -161,13 +161,16 @@ def main() -> None:
         print(json.dumps(one(arguments.one)))
         return
     missing = dict(entry.split("=", 1) for entry in arguments.missing)
-    rows = measure(sorted((HERE / "scenes").glob("*.toml"), reverse=True), arguments.quick, missing)
+    rows = []
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     with arguments.out.open("w", newline="") as file:
         writer = csv.DictWriter(file, fieldnames=list(Row.__dataclass_fields__), lineterminator="\n")
         writer.writeheader()
-        for row in rows:
+        # As they come, lest a run that ends early leaves nothing.
+        for row in measure(sorted((HERE / "scenes").glob("*.toml"), reverse=True), arguments.quick, missing):
+            rows.append(row)
             writer.writerow({name: f"{value:.4g}" if isinstance(value, float) else value for name, value in asdict(row).items()})
+            file.flush()
     head = ["scene", "triangles", "engine"]
     levels = table([*head, *(f"{100 * level:g} %" for level in LEVELS)], equal_error(rows))
     runs = table([*head, "setting", "ms per step", "force", "displacement"], [cell(row) for row in rows])

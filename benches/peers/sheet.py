@@ -208,25 +208,36 @@ class Sheet:
         return self.start + self.hand[self.samples - 1, None, None] * unit
 
     def static_solutions(self) -> Floats:
-        """Static solutions at the samples (sample, vertex, axis), by Newton's method with direct solves."""
-        free = self.free
+        """Static solutions at the samples (sample, vertex, axis)."""
         states, state, last = [], self.start, 0.0
-        for pull in self.hand[self.samples - 1]:
-            # From the last solution, scaled: exact where the sheet answers in proportion.
-            state = self.start + (state - self.start) * (pull / last if last else 1.0)
-            state[self.driven, self.axis] = self.start[self.driven, self.axis] + pull
-            last = pull
-            for _ in range(30):
-                gradient, tangent = self.forces(state)
-                change = splu(tangent[free][:, free].tocsc()).solve(gradient[free])
-                state = state.copy()
-                state.reshape(-1)[free] -= change
-                if np.abs(change).max() < 1e-8 * abs(pull):
-                    break
-            else:
-                raise RuntimeError(f"{self.name}: no static solution at a pull of {pull} mm")
+        for pull in self.hand[self.samples - 1].tolist():
+            # The first one in parts: Newton's method from the sheet at rest finds none on a fine mesh.
+            for place in np.linspace(last, pull, 2 if last else 11)[1:].tolist():
+                # From the last solution, scaled: exact where the sheet answers in proportion.
+                state = self.static_solution(self.start + (state - self.start) * (place / last if last else 1.0), place)
+                last = place
             states.append(state)
         return np.array(states)
+
+    def static_solution(self, guess: Floats, pull: float) -> Floats:
+        """Static solution at a place of the hand, by Newton's method with direct solves; no step makes the imbalance larger."""
+        free, state = self.free, guess.copy()
+        state[self.driven, self.axis] = self.start[self.driven, self.axis] + pull
+        gradient, tangent = self.forces(state)
+        for _ in range(60):
+            change = splu(tangent[free][:, free].tocsc()).solve(gradient[free])
+            if np.abs(change).max() < 1e-8 * abs(pull):
+                return state
+            before, part = np.abs(gradient[free]).max(), 1.0
+            while True:
+                following = state.copy()
+                following.reshape(-1)[free] -= part * change
+                gradient, tangent = self.forces(following)
+                if np.abs(gradient[free]).max() < before or part < 1e-3:
+                    break
+                part /= 2
+            state = following
+        raise RuntimeError(f"{self.name}: no static solution at a pull of {pull} mm")
 
     def errors(self, positions: Floats, reference: Floats) -> Errors:
         """Errors of the positions at the samples against the static solutions there."""

@@ -6,6 +6,8 @@ it, and its place is set before every step.
 
 from __future__ import annotations
 
+from functools import partial
+
 import mujoco
 import numpy as np
 
@@ -17,7 +19,7 @@ HEAVY = 1e6
 
 HEAD = """
 <mujoco>
-  <option timestep="{dt}" integrator="discrete" solver="CG" jacobian="sparse" tolerance="{tolerance}" iterations="{iterations}" gravity="0 0 0">
+  <option timestep="{dt}" integrator="discrete" solver="CG" jacobian="sparse" tolerance="1e-10" iterations="{iterations}" gravity="0 0 0">
     <flag contact="disable"/>
   </option>
   <size memory="1G"/>
@@ -46,7 +48,7 @@ def model(sheet: Sheet, setting: Setting) -> str:
     axes = ("1 0 0", "0 1 0", "0 0 1")[: sheet.dimension]
     joints = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in axes)
     fixed = set(sheet.held.tolist()) | set(sheet.driven.tolist())
-    parts = [HEAD.format(dt=sheet.dt, **setting)]
+    parts = [HEAD.format(dt=sheet.dt / float(setting["substeps"]), iterations=setting["iterations"])]
     for index, ((x, y), mass) in enumerate(zip(sheet.points, sheet.masses, strict=True)):
         parts.append(BODY.format(name=f"v{index}", x=x, y=y, mass=HEAVY if index in fixed else mass, joints=joints))
     count, material = len(sheet.points), sheet.material
@@ -73,11 +75,19 @@ def run(sheet: Sheet, setting: Setting) -> Outcome:
     places[:] = sheet.start - rest
     fixed = np.concatenate([sheet.held, sheet.driven])
     outcome, samples = Outcome(), set(sheet.samples.tolist())
-    for step, pull in enumerate(sheet.hand, start=1):
-        places[fixed] = (sheet.start - rest)[fixed]
-        places[sheet.driven, sheet.axis] += pull
-        velocities[fixed] = 0
-        outcome.step(lambda: mujoco.mj_step(compiled, data))
+    substeps = int(setting["substeps"])
+
+    def step_to(last: float, pull: float) -> None:
+        for part in range(1, substeps + 1):
+            places[fixed] = (sheet.start - rest)[fixed]
+            places[sheet.driven, sheet.axis] += last + (pull - last) * part / substeps
+            velocities[fixed] = 0
+            mujoco.mj_step(compiled, data)
+
+    last = 0.0
+    for step, pull in enumerate(sheet.hand.tolist(), start=1):
+        outcome.step(partial(step_to, last, pull))
+        last = pull
         if step in samples:
             outcome.positions.append(rest + places)
     return outcome

@@ -96,8 +96,10 @@ fn run(problem: &Problem, is_fem: bool, substeps: usize, number: usize) -> (Vec<
     for (step, &pull) in problem.hand.iter().enumerate() {
         let body = &mut soft_bodies[sheet];
         for &vertex in &problem.driven {
-            let place = problem.points[vertex as usize] + Vector::new(pull, 0.0);
-            body.set_particle_kinematic_target(vertex as usize, place);
+            let (vertex, place) = (vertex as usize, problem.points[vertex as usize] + Vector::new(pull, 0.0));
+            // The solver `Fem` takes the particle's velocity for the motion, which a target alone sets a step later.
+            body.set_particle_velocity(vertex, (place - body.particle_position(vertex)) / problem.dt);
+            body.set_particle_kinematic_target(vertex, place);
         }
         let begin = ProcessTime::now();
         pipeline.step(
