@@ -104,8 +104,9 @@ impl Simulation {
     /// the boundary makes a notch, one that starts inside a slit with two ends. Where the body can tear, the cut's ends
     /// inside the tissue become tips; a cut that starts at a tip leads that tip on. The part outside the body is left out, and
     /// behind a hole, a slit or its own line the cut goes on. Points that are too near to each other for the mesh are thinned out.
-    /// An end that finds no room goes on along its line by up to half an edge, to the boundary if that is there, or back by as much:
-    /// [`Cut::off_line`] says how far.
+    /// An end that finds no room goes on along its line by up to half an edge, to the boundary if that is there, or back by as much, or
+    /// else to a vertex within an edge: [`Cut::off_line`] says how far. Between lips without room for a stroke up to half of the length is left out:
+    /// [`Cut::made`] says how much is there.
     ///
     /// # Errors
     /// Why the cut was not made; the body is as it was.

@@ -5,6 +5,7 @@ mod criterion;
 mod edits;
 mod fig2_tear;
 mod least_edge;
+mod many_cuts;
 mod material_force;
 mod no_dead_ends;
 mod one_energy;

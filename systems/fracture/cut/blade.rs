@@ -22,6 +22,14 @@ const SHIFTS: [f64; 5] = [0.0, 0.25, -0.25, 0.5, -0.5];
 /// An end goes back by this part of the last segment at the most.
 const FARTHEST_BACK: f64 = 0.5;
 
+/// Number of vertices near an end that are tried in its place.
+const PLACES: usize = 2;
+/// Part of a cut's length in the body that may be left out, where strokes find no room between lips.
+const MOST_LEFT_OUT: f64 = 0.5;
+
+/// Lines in place of those asked for, and the largest distance of an end \[mm\].
+type Variant = (Vec<Vec<DVec3>>, f64);
+
 /// Deviations allowed to a cut for the sake of good triangles, the best first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Manner {
@@ -67,7 +75,8 @@ impl Cutter<'_, '_> {
     /// Cuts along a polyline of at least two points \[mm, rest shape\], taken at the nearest points of the surface. A first
     /// point on the boundary, or nearer to it than a tenth of a triangle's height, starts a notch there. Parts outside the body
     /// are left out, and behind a boundary the cut goes on: one outcome per stroke, at least one. An end that finds no room
-    /// goes up to half an edge along its line, to the boundary if that is there.
+    /// goes up to half an edge along its line, to the boundary if that is there, or else to a vertex within an edge. Strokes that find
+    /// no room are left out, up to half of the length.
     ///
     /// # Errors
     /// Why the cut cannot be made; the mesh is as it was.
@@ -86,12 +95,21 @@ impl Cutter<'_, '_> {
         let lacks_room = |why: &TearRefusal| !matches!(why, TearRefusal::BadPolyline | TearRefusal::OutsideBody);
         if outcomes.as_ref().is_err_and(lacks_room) {
             // The first refusal is reported: it is that of the line as it was asked for.
-            for (lines, shift) in self.shifted(&lines, edge) {
-                if let Ok(mut moved) = self.cut_lines(&lines, polyline) {
+            for variants in [Self::shifted, Self::at_vertices] {
+                let moved = variants(self, &lines, edge).into_iter().find_map(|(lines, shift)| {
+                    let mut moved = self.cut_lines(&lines, polyline).ok()?;
                     moved.iter_mut().for_each(|outcome| outcome.off_line = outcome.off_line.max(shift));
+                    Some(moved)
+                });
+                if let Some(moved) = moved {
                     outcomes = Ok(moved);
                     break;
                 }
+            }
+            if outcomes.is_err()
+                && let Some(parts) = lines.first().and_then(|line| self.cut_parts(line, polyline))
+            {
+                outcomes = Ok(parts);
             }
         }
         let outcomes = outcomes?;
@@ -116,9 +134,33 @@ impl Cutter<'_, '_> {
         Err(refused.unwrap_or(TearRefusal::BadPolyline))
     }
 
+    /// Cuts the strokes of a line that can be cut, more than half of its length at the least. After `None` everything is as it was.
+    fn cut_parts(&mut self, line: &[DVec3], polyline: &[DVec3]) -> Option<Vec<CutOutcome>> {
+        let (mark, strokes) = (self.scratch.records.len(), self.strokes(line));
+        let (mut outcomes, mut left_out) = (Vec::new(), 0.0);
+        for stroke in &strokes {
+            let mut made = None;
+            for manner in [Manner::OnTheLine, Manner::EndsMoved, Manner::BesideTheLine] {
+                let before = self.scratch.records.len();
+                made = self.cut_stroke(stroke, polyline, manner).ok();
+                if made.is_some() {
+                    break;
+                }
+                self.roll_back(before);
+            }
+            left_out += if made.is_some() { 0.0 } else { length(stroke) };
+            outcomes.extend(made);
+        }
+        let is_most = left_out < MOST_LEFT_OUT * strokes.iter().map(|stroke| length(stroke)).sum::<f64>();
+        if !is_most {
+            self.roll_back(mark);
+        }
+        is_most.then_some(outcomes)
+    }
+
     /// Variants of the lines with their ends inside the body moved farther on or farther back, and the larger of those shifts
     /// \[mm\]; the smallest shift first.
-    fn shifted(&self, lines: &[Vec<DVec3>], edge: f64) -> Vec<(Vec<Vec<DVec3>>, f64)> {
+    fn shifted(&self, lines: &[Vec<DVec3>], edge: f64) -> Vec<Variant> {
         let shifts_at = |end: Option<&DVec3>| match end {
             Some(&end) if self.is_tissue(end) => SHIFTS.as_slice(),
             _ => &SHIFTS[..1],
@@ -138,6 +180,40 @@ impl Cutter<'_, '_> {
         };
         let moved = |pair: (f64, f64)| lines.iter().map(|line| both(line, pair)).collect();
         pairs.into_iter().map(|pair| (moved(pair), edge * pair.0.abs().max(pair.1.abs()))).collect()
+    }
+
+    /// Variants of the lines with their ends inside the body at vertices nearby, and the larger distance to those \[mm\]; the smallest one first. Many
+    /// cuts leave ends so close to lips that no vertex finds room between.
+    fn at_vertices(&self, lines: &[Vec<DVec3>], edge: f64) -> Vec<Variant> {
+        let Some(line) = lines.first() else { return Vec::new() };
+        let [of_first, of_last] = [line.first(), line.last()].map(|end| self.places_near(end, edge));
+        let mut pairs: Vec<[(f64, Option<DVec3>); 2]> =
+            of_first.iter().flat_map(|&a| of_last.iter().map(move |&b| [a, b])).skip(1).collect();
+        pairs.sort_by(|[a, b], [c, d]| (a.0 + b.0).total_cmp(&(c.0 + d.0)));
+        let both = |line: &Vec<DVec3>, [(_, first), (_, last)]: [(f64, Option<DVec3>); 2]| {
+            let mut line = line.clone();
+            line.first_mut().into_iter().for_each(|end| *end = first.unwrap_or(*end));
+            line.last_mut().into_iter().for_each(|end| *end = last.unwrap_or(*end));
+            line
+        };
+        let moved = |pair: [(f64, Option<DVec3>); 2]| lines.iter().map(|line| both(line, pair)).collect();
+        pairs.into_iter().map(|pair| (moved(pair), pair[0].0.max(pair[1].0))).collect()
+    }
+
+    /// An end as it is, then inside the body the nearest vertices within an edge, with their distances \[mm\].
+    fn places_near(&self, end: Option<&DVec3>, edge: f64) -> SmallVec<[(f64, Option<DVec3>); 4]> {
+        let mut places: Vec<(f64, DVec3)> = match end {
+            Some(&end) if self.is_tissue(end) => {
+                let of = |x: &DVec3| (x.distance(end), *x);
+                self.mesh.vertices.rest_position.iter().map(of).filter(|(way, _)| *way <= edge).collect()
+            }
+            _ => Vec::new(),
+        };
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // Two lips have vertices at one place.
+        places.dedup_by(|a, b| a.1 == b.1);
+        let near = places.into_iter().take(PLACES).map(|(way, place)| (way, Some(place)));
+        std::iter::once((0.0, None)).chain(near).collect()
     }
 
     /// Whether a line is cut from its last point: from the end on the boundary, else from the one nearer to the body's middle. The
