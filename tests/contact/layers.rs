@@ -323,3 +323,16 @@ fn a_radius_beyond_half_an_edge_is_refused() {
     let refused = simulation.spawn(sheet).unwrap_err().to_string();
     assert!(refused.contains("radius of self_contact") && refused.contains("half a mean edge"), "{refused}");
 }
+
+/// A body whose mesh has become finer since it was spawned is as valid as before: it is written, read and changed.
+#[test]
+fn a_body_refined_below_two_radii_keeps_its_contact() {
+    let mut mesh = empty();
+    grid(&mut mesh, [16, 16], [4.0, 4.0], |x, y| DVec3::new(x, y, 0.0));
+    // The band of a mesh with edges of 1 mm, on one with edges of 0.25 mm.
+    let refined = Membrane::new("sheet", mesh, tissue(3.0, 0.1)).with(touching(0.4, Some(4.0)));
+    let mut simulation = Simulation::new(Settings::default()).unwrap();
+    let body = simulation.spawn(refined).unwrap();
+    simulation.set(body, touching(0.4, Some(4.0))).unwrap();
+    Simulation::from_snapshot(&simulation.snapshot()).unwrap();
+}
