@@ -62,7 +62,7 @@ fn laden(cells: [usize; 2]) -> (Simulation, BodyId) {
     let body = square(cells, hand());
     let along_top = body.select(|p| p.y == 30.0 && p.x < 14.0);
     let everywhere = body.select(|_| true);
-    let anchor = |&v: &u32| (v, Anchor { point: body.mesh().positions[v as usize], stiffness: 1e-6 });
+    let anchor = |&v: &u32| (v, Anchor::new(body.mesh().positions[v as usize], 1e-6));
     let anchors = Attached::new(everywhere.iter().map(anchor));
     let grip = Grip {
         name: "forceps".into(),

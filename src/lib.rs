@@ -105,6 +105,7 @@ mod readme {}
 /// [integration]: crate::theory::integration
 /// [solver]: crate::theory::solver
 /// [holds]: crate::theory::holds
+/// [bed]: crate::theory::bed
 /// [energy]: crate::theory::energy
 /// [sleep]: crate::theory::sleep
 /// [criterion]: crate::theory::criterion
@@ -128,6 +129,8 @@ pub mod theory {
     pub mod solver {}
     #[doc = include_str!("../docs/theory/holds.md")]
     pub mod holds {}
+    #[doc = include_str!("../docs/theory/bed.md")]
+    pub mod bed {}
     #[doc = include_str!("../docs/theory/energy.md")]
     pub mod energy {}
     #[doc = include_str!("../docs/theory/sleep.md")]

@@ -30,7 +30,7 @@ fn square([nx, ny]: [usize; 2]) -> Membrane {
 /// Everything that costs memory per triangle or vertex.
 fn laden(cells: [usize; 2]) -> Membrane {
     let body = square(cells);
-    let anchor = Anchor { point: DVec3::ZERO, stiffness: 0.0 };
+    let anchor = Anchor::new(DVec3::ZERO, 0.0);
     let anchors = Attached::new(body.select(|p| p.y == 0.0).into_iter().map(|vertex| (vertex, anchor)));
     body.with(Tearing {
         strength_across_fibres: 1e6,

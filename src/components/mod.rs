@@ -67,7 +67,7 @@ pub use parameter::obstacle::{Contact, Obstacle, ObstaclePath, Shape};
 pub use parameter::refinement::Refinement;
 pub use parameter::self_contact::SelfContact;
 pub use parameter::sleeping::Sleeping;
-pub use parameter::springs::{Anchor, Springs};
+pub use parameter::springs::{Anchor, Bond, Springs};
 pub use parameter::tearing::{InadmissibleToughness, TearMode, TearRate, Tearing, Toughness};
 pub use parameter::turning::{HoldTurns, Turning};
 pub use state::blade::Blade;

@@ -2,6 +2,7 @@
 
 mod advice;
 mod apply_force;
+mod bed;
 mod blade;
 mod debug_lines;
 mod dirty;
@@ -41,6 +42,7 @@ pub use crate::components::{Energies, Grasp};
 pub use crate::registry::{Parameter, Rejected};
 pub use crate::systems::fracture::TearRefusal;
 pub use apply_force::ForceError;
+pub use bed::Bed;
 pub use debug_lines::{DebugKind, DebugLine, DebugLines};
 pub use doubts::{Doubt, DoubtKind};
 pub use error::SimulationError;

@@ -148,6 +148,12 @@ impl Topology {
         self.incident[vertex as usize].iter().map(|&e| triangles.rest[(e / 3) as usize].area / 3.0).sum()
     }
 
+    /// Rest area of a vertex, and mean rest area of the triangles around it \[mm²\].
+    pub fn areas_at(&self, triangles: &Triangles, vertex: u32) -> (f64, f64) {
+        let area = self.vertex_area(triangles, vertex);
+        (area, 3.0 * area / self.incident[vertex as usize].len().max(1) as f64)
+    }
+
     /// The number of pieces that hang together across edges, and the piece of every triangle. Pieces are numbered by
     /// their lowest triangle.
     pub fn components(&self) -> (usize, Vec<u32>) {

@@ -103,6 +103,7 @@ pub(super) fn add(
 pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
     let obstacles = super::obstacles(world);
     if obstacles.is_empty() {
+        world.query_mut::<&mut SolveResult>().into_iter().for_each(|result| result.select(false));
         return 0;
     }
     let waits = super::rigid::any_waits(world);

@@ -53,7 +53,8 @@ impl<'a> Followers<'a> {
 impl Followers<'_> {
     /// Whether a vertex belongs to the tissue alone, so that it may be moved in the rest shape.
     pub fn leave_free(&self, vertex: u32) -> bool {
-        let is_anchored = self.springs.as_ref().is_some_and(|s| s.anchors.value(vertex).is_some());
+        let is_anchored =
+            self.springs.as_ref().is_some_and(|s| s.anchors.value(vertex).is_some_and(|anchor| anchor.is_whole()));
         !(self.hold(vertex) || is_anchored)
     }
 

@@ -63,7 +63,8 @@ pub fn answer(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         count += 1;
         for (&row, anchor) in springs.into_iter().flat_map(|s| s.anchors.rows().iter().zip(s.anchors.values())) {
-            *loads -= increment.delta[row as usize] * (anchor.stiffness * topology.vertex_area(triangles, row));
+            *loads -=
+                increment.delta[row as usize] * (anchor.solved_stiffness() * topology.vertex_area(triangles, row));
         }
         *loads += drag_along((triangles, topology), drag_factor(drag, step), |v| increment.delta[v]);
     }

@@ -22,4 +22,5 @@ pub mod path_work;
 pub mod pick;
 pub mod polar;
 pub mod product_lanes;
+pub mod separation;
 pub mod simd;

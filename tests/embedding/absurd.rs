@@ -149,7 +149,7 @@ fn absurd(kind: usize, s: &mut Simulation, actors: [hecs::Entity; 4], way: Way, 
             put(s, body, way, Holds { groups })
         }
         1 => {
-            let anchors = d.attached(|d| Anchor { point: d.point(), stiffness: d.number() });
+            let anchors = d.attached(|d| Anchor::new(d.point(), d.number()));
             put(s, body, way, Springs { anchors })
         }
         2 => {

@@ -47,7 +47,7 @@ fn edge_loads(edge: [u32; 2]) -> EdgeLoads {
 }
 
 fn springs(row: u32, stiffness: f64) -> Springs {
-    Springs { anchors: Attached::new([(row, Anchor { point: DVec3::ZERO, stiffness })]) }
+    Springs { anchors: Attached::new([(row, Anchor::new(DVec3::ZERO, stiffness))]) }
 }
 
 fn pinched(row: u32) -> Grips {

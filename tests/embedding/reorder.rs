@@ -78,8 +78,7 @@ fn half_torn() -> Run {
     let vertices = run.vertices();
     let rows =
         |at: fn(DVec3) -> bool| (0..).zip(&vertices.rest_position).filter(move |(_, p)| at(**p)).map(|(row, _)| row);
-    let anchors = rows(|p| p.y == 0.0)
-        .map(|row: u32| (row, Anchor { point: DVec3::new(f64::from(row), 0.0, 0.0), stiffness: 1e-9 }));
+    let anchors = rows(|p| p.y == 0.0).map(|row: u32| (row, Anchor::new(DVec3::new(f64::from(row), 0.0, 0.0), 1e-9)));
     let springs = Springs { anchors: Attached::new(anchors) };
     let force = DVec3::new(0.0, -1e-9, 0.0);
     let point = PointLoad { rows: rows(|p| p.y == 15.0).collect(), force, curve: Curve::constant(1.0) };

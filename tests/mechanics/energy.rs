@@ -39,7 +39,7 @@ fn loaded_sheet() -> Membrane {
     let middle = sheet.select(|p| p.x > 7.0 && p.x < 13.0 && p.y > 5.0 && p.y < 11.0);
     let top = sheet.select(|p| p.y == 16.0);
     let anchors = sheet.select(|p| p.y == 0.0 && p.x > 0.0 && p.x < 20.0).into_iter();
-    let anchor = |row: u32| Anchor { point: sheet.mesh().positions[row as usize] + DVec3::Z * 0.2, stiffness: 0.01 };
+    let anchor = |row: u32| Anchor::new(sheet.mesh().positions[row as usize] + DVec3::Z * 0.2, 0.01);
     let springs = Springs { anchors: Attached::new(anchors.map(|row| (row, anchor(row)))) };
     let point = PointLoad { rows: middle, force: DVec3::new(0.0, 1e-4, 2e-4), curve: Curve::ramp(30.0, 1.0).unwrap() };
     let edges = top.windows(2).map(|pair| [pair[0], pair[1]]).collect();

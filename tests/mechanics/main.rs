@@ -2,6 +2,7 @@
 //! integrator, rest, energy.
 
 mod audit_of_constraints;
+mod bed;
 mod containment;
 mod edge_loads;
 mod element;

@@ -103,6 +103,20 @@ pub(super) struct BodyFigures {
     pub course: Option<CourseReport>,
     /// Absent for a body that cannot tear and was not cut.
     pub tear: Option<TearFigures>,
+    /// Absent for a body without a bed.
+    pub bed: Option<BedFigures>,
+}
+
+/// The bonds of a body to its bed.
+#[derive(Serialize)]
+pub(super) struct BedFigures {
+    pub area_mm2: f64,
+    /// Part of the area whose bonds are off.
+    pub off_mm2: f64,
+    /// Energy that the bonds have taken.
+    pub energy_mj: f64,
+    /// Least strength that the mesh allows over the one that is given.
+    pub resolved: f64,
 }
 
 /// The force of a hold or an obstacle on a body.
@@ -436,6 +450,12 @@ fn body_figures(instance: &mut Instance, index: usize, body: BodyId, s: &Sources
         guard: s.tally.guard(index),
         course: s.courses.iter().find(|course| course.body() == body).map(CourseReport::of),
         tear: tear_figures(instance, body, account),
+        bed: instance.simulation.bed(body).map(|bed| BedFigures {
+            area_mm2: bed.area,
+            off_mm2: bed.off,
+            energy_mj: bed.energy,
+            resolved: bed.resolved,
+        }),
     }
 }
 

@@ -314,11 +314,11 @@ impl Running<'_> {
                 let body = report::body_name(instance, account.body());
                 files.event_line(&account::line(last.step, &body, &span));
             }
-            for &(body, count) in &instance.broken_springs {
-                let body = report::body_name(instance, body);
-                let line = serde_json::json!({ "step": last.step, "time_ms": last.time, "body": body, "kind": "springs_broke", "count": count });
-                files.event_line(&line);
-            }
+        }
+        for &(body, count) in &instance.broken_springs {
+            let body = report::body_name(instance, body);
+            let line = serde_json::json!({ "step": last.step, "time_ms": last.time, "body": body, "kind": "springs_broke", "count": count });
+            files.event_line(&line);
         }
     }
 

@@ -41,6 +41,16 @@ pub(super) fn summary(report: &RunReport) -> String {
             lines.extend(grip.while_tearing.as_ref().map(while_tearing));
         }
         lines.extend(body.course.as_ref().map(course::lines));
+        if let Some(bed) = &body.bed {
+            let coarse = match bed.resolved {
+                resolved if resolved < 0.999 => {
+                    format!("; strength down to {:.0} % of the one given, which the mesh resolves", 100.0 * resolved)
+                }
+                _ => String::new(),
+            };
+            let (off, area, energy) = (bed.off_mm2, bed.area_mm2, bed.energy_mj);
+            lines.push(format!("    bed: {off:.3} of {area:.3} mm² off, {energy:.6} mJ taken{coarse}"));
+        }
         if let Some(tear) = &body.tear {
             lines.push(format!(
                 "    torn {:.3} mm in {} advances, {} tip(s) left, {} ended, {} fragment(s) free",

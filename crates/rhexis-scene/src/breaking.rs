@@ -26,7 +26,7 @@ pub(super) fn part(simulation: &mut Simulation, body: BodyId, limit: f64) -> usi
         let mut query = simulation.world().query_one::<(&Vertices, &Springs)>(body.entity());
         let Ok((vertices, Springs { anchors })) = query.get() else { return 0 };
         let all = anchors.rows().iter().copied().zip(anchors.values().iter().copied());
-        let holds = |(row, Anchor { point, stiffness }): &(u32, Anchor)| {
+        let holds = |(row, Anchor { point, stiffness, .. }): &(u32, Anchor)| {
             stiffness * vertices.position[*row as usize].distance(*point) <= limit
         };
         let kept = Attached::new(all.filter(holds));

@@ -464,7 +464,7 @@ fn boundary_conditions(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile,
         });
         membrane = membrane.with(EdgeLoads { groups: groups.collect::<Result<_, Fault>>()? });
     }
-    if !spec.springs.is_empty() {
+    if !(spec.springs.is_empty() && spec.beds.is_empty()) {
         membrane = membrane.with(springs(spec, mesh, &surface, key)?);
     }
     if !spec.grips.is_empty() {

@@ -110,7 +110,7 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
 }
 
 /// What people look for and there is not, with what there is instead.
-const INSTEAD: [(&str, &str); 14] = [
+const INSTEAD: [(&str, &str); 17] = [
     ("self", "a body touches itself by `contact = { self_contact = { radius = … } }`"),
     ("self_contact", "it belongs into `contact`: `contact = { self_contact = { radius = … } }`"),
     ("fixed", "vertices are held by `[[bodies.holds]]`, with a `name` and a `region`"),
@@ -121,6 +121,9 @@ const INSTEAD: [(&str, &str); 14] = [
     ("volume", "a closed gas is not there: give `pressure` as a number or a curve over time [MPa]"),
     ("wind", "wind is not there: `drag` resists motion, `pressure` and `edge_loads` push"),
     ("break_force", "springs break at `break_traction`, a force per area [MPa]; a grip with `force_limit` lets go"),
+    ("adhesion", "tissue is stuck to its ground by `[[bodies.beds]]`, with a `region`, `strength` and `energy`"),
+    ("glue", "tissue is stuck to its ground by `[[bodies.beds]]`, with a `region`, `strength` and `energy`"),
+    ("foundation", "a foundation that holds for ever is `[[bodies.springs]]`, one that comes off `[[bodies.beds]]`"),
     ("units", "units are fixed: mm, g, ms, hence N and MPa; give 1 m as 1000 and 1 kPa as 1e-3"),
     ("seam", "a weak line is a strip of triangles with less strength: `per_triangle = { strength = … }` of the body"),
     ("strength_map", "strengths of triangles are `per_triangle = { strength = … }` of the body"),

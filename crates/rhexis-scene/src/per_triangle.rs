@@ -70,7 +70,8 @@ fn regions(spec: &BodySpec) -> impl Iterator<Item = &RegionSpec> {
     let edges = spec.edge_loads.iter().map(|load| &load.region);
     let holds = holds.chain(spec.clamps.iter().map(|clamp| &clamp.region));
     let holds = holds.chain(spec.materials.iter().map(|part| &part.region));
-    holds.chain(loads).chain(edges).chain(spec.springs.iter().map(|spring| &spring.region))
+    let beds = spec.beds.iter().map(|bed| &bed.region);
+    holds.chain(loads).chain(edges).chain(spec.springs.iter().map(|spring| &spring.region)).chain(beds)
 }
 
 fn arrays_of(region: &RegionSpec, names: &mut Vec<String>) {

@@ -1,13 +1,13 @@
 //! What is shared by rest area: springs to ground and total forces.
 
-use super::error::{Fault, not_negative};
+use super::error::{Fault, not_negative, positive};
 use super::region::Surface;
 use super::schema::{BodySpec, PointLoadSpec};
-use rhexis::components::{Anchor, PointLoad, Springs};
+use rhexis::components::{Anchor, Bond, PointLoad, Springs};
 use rhexis::storage::{Attached, TriangleMesh};
 use std::collections::BTreeMap;
 
-/// All groups of springs as one set: where two groups meet at a vertex, their stiffnesses add.
+/// All groups of springs and beds as one set: where two groups of springs meet at a vertex, their stiffnesses add.
 pub(super) fn springs(
     spec: &BodySpec,
     mesh: &TriangleMesh,
@@ -28,8 +28,38 @@ pub(super) fn springs(
         };
         rows.into_iter().for_each(|row| *stiffness.entry(row).or_default() += per_area);
     }
-    let anchor = |(row, stiffness)| (row, Anchor { point: mesh.positions[row as usize], stiffness });
-    Ok(Springs { anchors: Attached::new(stiffness.into_iter().map(anchor)) })
+    let anchor = |(row, stiffness)| (row, Anchor::new(mesh.positions[row as usize], stiffness));
+    let mut anchors: BTreeMap<u32, Anchor> = stiffness.into_iter().map(anchor).collect();
+    for (i, bed) in spec.beds.iter().enumerate() {
+        let key = format!("{key}.beds.{i}");
+        let (energy, strength) = (
+            positive(format!("{key}.energy"), bed.energy, "N/mm")?,
+            positive(format!("{key}.strength"), bed.strength, "MPa")?,
+        );
+        let bond = Bond::new(strength, energy);
+        let least = 0.5 * strength * strength / energy;
+        let stiffness = bed.stiffness.unwrap_or(bond.usual_stiffness());
+        if !(stiffness >= least && stiffness.is_finite()) {
+            let what = format!("{stiffness} N/mm³ take more than the energy before the strength is reached");
+            return Err(Fault::new(
+                format!("{key}.stiffness"),
+                what,
+                "leave it out, or give strength² / (2 · energy) or more",
+            ));
+        }
+        for row in surface.vertices(&bed.region, &format!("{key}.region"))? {
+            let anchor = Anchor { point: mesh.positions[row as usize], stiffness, bond: Some(bond) };
+            if anchors.insert(row, anchor).is_some() {
+                let what = format!("vertex {row} has springs or another bed already");
+                return Err(Fault::new(
+                    format!("{key}.region"),
+                    what,
+                    "let the regions of springs and beds share no vertex",
+                ));
+            }
+        }
+    }
+    Ok(Springs { anchors: Attached::new(anchors) })
 }
 
 /// A third of the rest area of the triangles at each of the vertices \[mm²\]; rows ascend.

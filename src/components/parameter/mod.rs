@@ -19,6 +19,8 @@ pub(super) mod obstacle;
 pub(super) mod obstacle_check;
 pub(super) mod refinement;
 #[cfg(feature = "snapshot")]
+mod saved_anchor;
+#[cfg(feature = "snapshot")]
 mod saved_contact;
 #[cfg(feature = "snapshot")]
 mod saved_grip;

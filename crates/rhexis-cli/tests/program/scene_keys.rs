@@ -604,3 +604,32 @@ fn springs_break_at_their_traction() {
     let two = springs.to_owned() + &springs.replace("1e-3", "2e-3");
     assert!(scene("dynamic", "planar = true", &format!("{two}{pull}")).err().unwrap().contains("at one traction"));
 }
+
+#[test]
+fn a_bed_lets_go_by_its_energy() {
+    let bed = "[[bodies.beds]]\nregion = { all = true }\nenergy = 0.01\nstrength = 2e-3\n";
+    let pull = "[[bodies.holds]]\nname = 'pull'\nregion = { x = 10 }\nmove = { offset = [1, 0, 0] }\ncurve = [[0, 0], [2000, 40]]\n";
+    let mut instance = scene("dynamic", "planar = true\ndamping = 1\ndrag = 1e-4", &format!("{bed}{pull}")).unwrap();
+    let of = |instance: &Instance| instance.simulation.bed(instance.bodies[0]).unwrap();
+    let whole = of(&instance);
+    // A square of 10 mm, in cells of 2.5 mm that allow 1.2e-3 MPa.
+    assert!((whole.area - 100.0).abs() < 1e-12 && (whole.off, whole.energy) == (0.0, 0.0), "{whole:?}");
+    assert!(whole.resolved > 0.5 && whole.resolved < 0.7, "{whole:?}");
+    for _ in 0..1500 {
+        instance.advance().unwrap();
+        if of(&instance).off == whole.area {
+            break;
+        }
+    }
+    // All of it is off, and has taken its energy.
+    let gone = of(&instance);
+    assert!(gone.off == whole.area && (gone.energy - 1.0).abs() < 1e-12, "{gone:?}");
+
+    let refused = |more: &str| scene("dynamic", "planar = true", more).err().unwrap();
+    let springs = "[[bodies.springs]]\nregion = { x = 0 }\nper_area = 0.01\n";
+    assert!(refused(&format!("{bed}{springs}")).contains("has springs or another bed already"));
+    let soft = refused(&format!("{bed}stiffness = 1e-4\n"));
+    assert!(soft.contains("beds.0.stiffness") && soft.contains("strength² / (2 · energy)"), "{soft}");
+    assert!(refused(&bed.replace("0.01", "0")).contains("beds.0.energy"));
+    assert!(refused(&bed.replace("energy = 0.01", "adhesion = 0.01")).contains("beds"));
+}

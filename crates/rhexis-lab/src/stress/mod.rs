@@ -179,13 +179,22 @@ const PUSHING: u64 = 30_000;
 /// Seeds from which on bodies in space touch each other.
 const MEETING: u64 = 40_000;
 
+/// Seeds from which on half of the bodies lie on beds.
+const STICKING: u64 = 50_000;
+
 /// Runs a case on so many threads. A panic ends it.
 fn run_once(seed: u64, case: u64, threads: usize, is_recorded: bool) -> (Outcome, Option<StateHash>, bool) {
     let mut dice = Dice::new(seed, case);
     let glides = seed >= GLIDING && dice.aside().chance(0.7);
     let mut counts = Counts { cases: 1, slowest_case: case, ..Counts::default() };
     let mut scene = None;
-    let traits = Traits { glides, touches_itself: seed >= TOUCHING, pushes: seed >= PUSHING, meets: seed >= MEETING };
+    let traits = Traits {
+        glides,
+        touches_itself: seed >= TOUCHING,
+        pushes: seed >= PUSHING,
+        meets: seed >= MEETING,
+        sticks: seed >= STICKING,
+    };
     let course = catch_unwind(AssertUnwindSafe(|| {
         let refused = |what| (FailureKind::Refused, what);
         let scene = scene.insert(scene::scene(&mut dice, threads, traits).map_err(refused)?);

@@ -4,7 +4,7 @@ use super::dice::Dice;
 use super::surface;
 use glam::DVec3;
 use rhexis::components::{
-    Anchor, Bending, Changes, Contact, Curve, Damping, Drag, EnergyAudit, EnergyCriterion, Fibres, Gravity, Hold,
+    Anchor, Bending, Bond, Changes, Contact, Curve, Damping, Drag, EnergyAudit, EnergyCriterion, Fibres, Gravity, Hold,
     Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Rigid, SelfContact, Shape, Sleeping, Springs,
     TearMode, TearRate, Tearing, Toughness,
 };
@@ -12,7 +12,7 @@ use rhexis::math::{Sym2, elementary};
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::{Simulation, Solid};
-use rhexis::storage::{Attached, BodyId, ObstacleId, Triangles};
+use rhexis::storage::{Attached, BodyId, ObstacleId, Triangles, Vertices};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -51,6 +51,8 @@ pub(super) struct Traits {
     pub pushes: bool,
     /// Bodies in space touch each other; more scenes have several.
     pub meets: bool,
+    /// Half of the bodies lie on beds.
+    pub sticks: bool,
 }
 
 /// The scene that the dice say.
@@ -60,7 +62,7 @@ pub(super) struct Traits {
 pub(super) fn scene(
     dice: &mut Dice,
     threads: usize,
-    Traits { glides, touches_itself, pushes, meets }: Traits,
+    Traits { glides, touches_itself, pushes, meets, sticks }: Traits,
 ) -> Result<Scene, String> {
     let is_free = dice.chance(0.35);
     let settings = settings(dice, threads);
@@ -86,6 +88,10 @@ pub(super) fn scene(
                 let contact = Contact { self_contact, between_bodies: meets, ..contact.unwrap_or_default() };
                 simulation.set(entity, contact).map_err(|error| error.to_string())?;
             }
+            if sticks && dice.chance(0.5) {
+                let bed = bed(dice, &simulation, entity);
+                simulation.set(entity, bed).map_err(|error| error.to_string())?;
+            }
             bodies.push(Actor { entity, is_planar });
             size = size.max(length);
         }
@@ -107,6 +113,21 @@ pub(super) fn scene(
     // The invariant leaves out the energy of layers nearer than their radius.
     let is_free = is_free && !touches_itself;
     Ok(Scene { simulation, bodies, obstacles, is_free, size })
+}
+
+/// Bonds at most vertices, from some that nothing opens to some that come off at a touch.
+fn bed(dice: &mut Dice, simulation: &Simulation, body: BodyId) -> Springs {
+    let of_body = simulation.world().get::<&Vertices>(body.entity());
+    let places = of_body.map(|vertices| vertices.position.clone()).unwrap_or_default();
+    let stiffest = simulation
+        .world()
+        .get::<&Triangles>(body.entity())
+        .map_or(1.0, |triangles| triangles.stiffness.iter().map(|law| law.q11.max(law.q22)).fold(0.0, f64::max));
+    let bond = Bond::new(stiffest * dice.decades(-5.0, 0.0), stiffest * dice.decades(-6.0, 0.0));
+    let stiffness = bond.usual_stiffness() * dice.decades(0.0, 2.0);
+    let share = dice.between(0.2, 1.0);
+    let rows = (0..).zip(places).filter(|_| dice.chance(share));
+    Springs { anchors: Attached::new(rows.map(|(row, point)| (row, Anchor { point, stiffness, bond: Some(bond) }))) }
 }
 
 fn settings(dice: &mut Dice, threads: usize) -> Settings {
@@ -265,7 +286,7 @@ fn outside(
     if dice.chance(0.15) {
         let anchor = |row: usize, dice: &mut Dice| {
             let point = rest[row] + in_plane(dice.point()) * 0.1 * size;
-            (row as u32, Anchor { point, stiffness: tension * dice.decades(-3.0, 3.0) })
+            (row as u32, Anchor::new(point, tension * dice.decades(-3.0, 3.0)))
         };
         let anchors: Vec<_> =
             (0..rest.len()).flat_map(|row| if dice.chance(0.3) { Some(anchor(row, dice)) } else { None }).collect();

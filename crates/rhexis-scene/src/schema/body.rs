@@ -1,6 +1,6 @@
 //! `[[bodies]]`: a membrane and what it carries.
 
-use super::constraint::{ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, RegionSpec, SpringSpec};
+use super::constraint::{BedSpec, ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, RegionSpec, SpringSpec};
 use super::per_triangle::PerTriangleSpec;
 use super::tool::{BladeSpec, CutSpec, PunctureSpec};
 use super::{Exactly, HolzapfelGasserOgdenSpec, MeshSpec, Numbers, Point, StiffeningFibresSpec, Strain, TimeCurve};
@@ -83,6 +83,9 @@ pub struct BodySpec {
     /// Springs to ground.
     #[serde(default)]
     pub springs: Vec<SpringSpec>,
+    /// Grounds that the body is stuck to.
+    #[serde(default)]
+    pub beds: Vec<BedSpec>,
     /// Forceps.
     #[serde(default)]
     pub grips: Vec<GripSpec>,

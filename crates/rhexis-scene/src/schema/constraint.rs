@@ -169,6 +169,20 @@ pub struct SpringSpec {
     pub break_traction: Option<f64>,
 }
 
+/// One of `[[bodies.beds]]`: bonds to the ground on which tissue lies at the start, which come off by an energy.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BedSpec {
+    /// Which vertices.
+    pub region: RegionSpec,
+    /// Energy per area \[N/mm\] that takes them off: 0.01 N/mm = 10 J/m².
+    pub energy: f64,
+    /// Largest traction \[MPa\]. A mesh too coarse for it takes less, with the same energy.
+    pub strength: f64,
+    /// Stiffness per area \[N/mm³\] before they come off. Default 5 · strength² / energy, a tenth of their range.
+    pub stiffness: Option<f64>,
+}
+
 /// One of `[[bodies.grips]]`: forceps that take the tissue, move by their path and let go.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -21,8 +21,8 @@ pub use body::{
     TearModeSpec, TearRateSpec, TearingSpec,
 };
 pub use constraint::{
-    ArcSpec, ArrayRangeSpec, BallSpec, ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec,
-    PointLoadSpec, RegionSpec, SpringSpec,
+    ArcSpec, ArrayRangeSpec, BallSpec, BedSpec, ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec,
+    NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
 };
 pub use fibre_law::{Angles, FibreFamilySpec, HolzapfelGasserOgdenSpec, StiffeningFibresSpec};
 pub use hand::HandSpec;

@@ -375,7 +375,7 @@ fn new_vertices_inside_a_foundation_or_a_held_patch_belong_to_it() {
     let square = Square::new(COARSE, 90.0);
     let membrane = square.membrane();
     let anchors = membrane.select(|_| true).into_iter();
-    let anchor = |row: u32| (row, Anchor { point: membrane.mesh().positions[row as usize], stiffness: 1e-6 });
+    let anchor = |row: u32| (row, Anchor::new(membrane.mesh().positions[row as usize], 1e-6));
     let springs = Springs { anchors: Attached::new(anchors.map(anchor)) };
     let patch = membrane.select(|p| (p.x - 15.0).abs() < 3.5 && p.y < 26.5 && p.y > 22.0).into_iter();
     let hold = Hold {
