@@ -107,6 +107,7 @@ impl Cutter<'_, '_> {
                 }
             }
             if outcomes.is_err()
+                && lines.first().is_some_and(|line| self.has_free_ends(line, edge))
                 && let Some(parts) = lines.first().and_then(|line| self.cut_parts(line, polyline))
             {
                 outcomes = Ok(parts);
@@ -200,12 +201,22 @@ impl Cutter<'_, '_> {
         pairs.into_iter().map(|pair| (moved(pair), pair[0].0.max(pair[1].0))).collect()
     }
 
-    /// An end as it is, then inside the body the nearest vertices within an edge, with their distances \[mm\].
+    /// Whether the tissue at both ends of a line is free, or outside the body.
+    fn has_free_ends(&self, line: &[DVec3], edge: f64) -> bool {
+        let is_free = |end: Option<&DVec3>| {
+            end.is_some_and(|&place| !self.is_tissue(place)) || self.places_near(end, edge).len() > 1
+        };
+        is_free(line.first()) && is_free(line.last())
+    }
+
+    /// An end as it is, then inside the body the nearest free vertices within an edge, with their distances \[mm\].
     fn places_near(&self, end: Option<&DVec3>, edge: f64) -> SmallVec<[(f64, Option<DVec3>); 4]> {
         let mut places: Vec<(f64, DVec3)> = match end {
             Some(&end) if self.is_tissue(end) => {
-                let of = |x: &DVec3| (x.distance(end), *x);
-                self.mesh.vertices.rest_position.iter().map(of).filter(|(way, _)| *way <= edge).collect()
+                // Where holds keep the tissue, no place beside them is better.
+                let of = |(row, x): (u32, &DVec3)| (self.is_movable)(row).then_some((x.distance(end), *x));
+                let rest = &self.mesh.vertices.rest_position;
+                (0..).zip(rest.iter()).filter_map(of).filter(|(way, _)| *way <= edge).collect()
             }
             _ => Vec::new(),
         };
