@@ -149,6 +149,17 @@ impl Topology {
     }
 
     /// Rest area of a vertex, and mean rest area of the triangles around it \[mm²\].
+    ///
+    /// # Examples
+    /// ```
+    /// # let (simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::storage::{Topology, Triangles};
+    /// let mut query = simulation.world().query_one::<(&Topology, &Triangles)>(body.entity());
+    /// let (topology, triangles) = query.get()?;
+    /// let (of_vertex, of_triangles) = topology.areas_at(triangles, 0);
+    /// assert!(of_vertex > 0.0 && of_triangles > 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn areas_at(&self, triangles: &Triangles, vertex: u32) -> (f64, f64) {
         let area = self.vertex_area(triangles, vertex);
         (area, 3.0 * area / self.incident[vertex as usize].len().max(1) as f64)

@@ -30,7 +30,7 @@ pub fn springs(world: &mut hecs::World, step: &StepContext) -> usize {
                 if let Some(bond) = anchor.bond {
                     let has_moved = step.is_static || increment.displacement[v] != DVec3::ZERO;
                     let ahead = if has_moved { DVec3::ZERO } else { vertices.velocity[v] * step.dt };
-                    let law = Separation::of(anchor, &bond, triangle);
+                    let law = Separation::new(anchor.stiffness, bond.strength, bond.energy, triangle);
                     let solved = law.damage((opening + ahead).length()).max(bond.damage);
                     anchor.bond.iter_mut().for_each(|bond| bond.solved = solved);
                 }
@@ -56,7 +56,7 @@ pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
             let Some(bond) = anchor.bond.filter(|bond| bond.damage < 1.0) else { continue };
             let (v, (area, triangle)) = (row as usize, topology.areas_at(triangles, row));
             let opening = vertices.position[v].distance(anchor.point);
-            let law = Separation::of(anchor, &bond, triangle);
+            let law = Separation::new(anchor.stiffness, bond.strength, bond.energy, triangle);
             let damage = law.damage(opening).max(bond.damage);
             if damage > 0.0 || bond.solved > 0.0 {
                 error += area * anchor.stiffness * opening * (damage - bond.solved).abs();
@@ -83,7 +83,7 @@ pub fn come_off(world: &mut hecs::World, _: &StepContext) -> usize {
         for (row, anchor) in springs.anchors.entries_mut() {
             let Some(bond) = anchor.bond else { continue };
             let (v, (_, triangle)) = (row as usize, topology.areas_at(triangles, row));
-            let law = Separation::of(anchor, &bond, triangle);
+            let law = Separation::new(anchor.stiffness, bond.strength, bond.energy, triangle);
             let damage = law.damage(vertices.position[v].distance(anchor.point)).max(bond.damage);
             anchor.bond.iter_mut().for_each(|bond| bond.damage = damage);
         }

@@ -4,8 +4,6 @@
 //! is (1 − d)·K·δ with a damage d that never falls. A front of bonds is about l = √(2·N·G)/σ long under the tension N (`docs/theory/bed.md`); with edges above l/3
 //! the force of peeling would be a property of the mesh. A coarser mesh therefore has less strength and the same energy (Turon et al. 2007).
 
-use crate::components::{Anchor, Bond};
-
 /// Edges to a front at the least, at the tension N = G/2 of tissue that is folded back, the shortest front there is.
 const EDGES_PER_FRONT: f64 = 3.0;
 
@@ -24,12 +22,12 @@ pub struct Separation {
 }
 
 impl Separation {
-    /// The law of an anchor with a bond, at a vertex between triangles of this mean rest area \[mm²\].
-    pub fn of(anchor: &Anchor, bond: &Bond, triangle: f64) -> Self {
+    /// The law of a stiffness \[N/mm³\], a strength \[MPa\] and an energy \[N/mm\] at a vertex between triangles of this mean rest area \[mm²\].
+    pub fn new(stiffness: f64, strength: f64, energy: f64, triangle: f64) -> Self {
         let edge = (triangle / AREA_PER_EDGE_SQ).sqrt();
-        let strength = bond.strength.min(bond.energy / (EDGES_PER_FRONT * edge));
-        let (first, last) = (strength / anchor.stiffness, 2.0 * bond.energy / strength);
-        Self { stiffness: anchor.stiffness, strength, first, last }
+        let strength = strength.min(energy / (EDGES_PER_FRONT * edge));
+        let (first, last) = (strength / stiffness, 2.0 * energy / strength);
+        Self { stiffness, strength, first, last }
     }
 
     /// Damage of a bond that is opened for the first time by so much \[mm\].
@@ -63,12 +61,9 @@ impl Separation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
 
     fn law() -> Separation {
-        let bond = Bond::new(0.05, 0.01);
-        let anchor = Anchor { point: DVec3::ZERO, stiffness: bond.usual_stiffness(), bond: Some(bond) };
-        Separation::of(&anchor, &bond, 1e-4)
+        Separation::new(1.25, 0.05, 0.01, 1e-4)
     }
 
     #[test]
@@ -100,10 +95,8 @@ mod tests {
 
     #[test]
     fn a_coarse_mesh_has_less_strength_and_the_same_range_of_energy() {
-        let bond = Bond::new(0.05, 0.01);
-        let anchor = Anchor { point: DVec3::ZERO, stiffness: bond.usual_stiffness(), bond: Some(bond) };
         // An edge of 1 mm allows 0.01/3 MPa.
-        let law = Separation::of(&anchor, &bond, AREA_PER_EDGE_SQ);
+        let law = Separation::new(1.25, 0.05, 0.01, AREA_PER_EDGE_SQ);
         assert!((law.strength() - 0.01 / 3.0).abs() < 1e-15 && (law.strength * law.last - 0.02).abs() < 1e-15);
     }
 }
