@@ -168,7 +168,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             let sum = before.min(most) + more;
             ledger.creates_energy = !(sum <= most);
             if ledger.creates_energy {
-                increment.creates_at = Some(Box::new(most_stored(elastic, more)));
+                *increment.creates_at = Some(most_stored(elastic, more));
             } else {
                 ledger.spurious_energy = sum.max(0.0);
             }

@@ -169,7 +169,7 @@ impl Verdict {
             return;
         }
         ledger.creates_energy = matches!(self, Self::Refused);
-        increment.creates_at = place.map(Box::new);
+        *increment.creates_at = place;
         if let Self::Kept(sum, _) | Self::Searched(sum, _) | Self::StepLimited(sum, _) = self {
             (ledger.spurious_energy, scratch.is_counted) = (sum.max(0.0), true);
         }

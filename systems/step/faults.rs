@@ -83,7 +83,7 @@ pub(super) fn roll_back_unsound(world: &mut World, failed: &mut Excluded) -> boo
 
 /// Cause and place of the fault for which a body's step is undone.
 fn refused_at(fault: Fault, vertices: &Vertices, increment: &mut Increment) -> GuardPlace {
-    let found = increment.creates_at.take().map(|place| *place);
+    let found = increment.creates_at.take();
     let cause = match fault {
         Fault::CreatesEnergy => return found.unwrap_or(GuardPlace::nowhere(GuardCause::Iterations)),
         Fault::NotFinite => GuardCause::NotFinite,

@@ -50,7 +50,7 @@ pub struct Increment {
     pub guard: Box<GuardFigures>,
     /// Where the last solve would have created energy.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub creates_at: Option<Box<GuardPlace>>,
+    pub creates_at: Box<Option<GuardPlace>>,
     /// Largest number of vertices relaxed locally in one sub-step.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub relaxed: u32,
