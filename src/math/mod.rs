@@ -22,6 +22,12 @@ mod triangle;
 /// Maximum size of a coordinate \[mm\] or strain that is given: its fourth power is a number.
 pub(crate) const MAX_COORDINATE: f64 = 1e75;
 
+/// Edge of the equilateral triangle of an area.
+#[doc(hidden)]
+pub fn edge_of_equilateral(area: f64) -> f64 {
+    (area * 4.0 / 3.0_f64.sqrt()).sqrt()
+}
+
 /// Whether no part of a vector is above [`MAX_COORDINATE`] in size.
 pub(crate) fn is_place(v: glam::DVec3) -> bool {
     v.to_array().iter().all(|part| part.abs() <= MAX_COORDINATE)

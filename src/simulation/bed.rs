@@ -31,8 +31,8 @@ impl Simulation {
     /// let bond = Bond::new(0.05, 0.01);
     /// let anchor = Anchor { point: DVec3::ZERO, stiffness: bond.usual_stiffness(), bond: Some(bond) };
     /// simulation.set(body, Springs { anchors: Attached::new([(0, anchor)]) })?;
-    /// let Some(Bed { area, off, .. }) = simulation.bed(body) else { unreachable!() };
-    /// assert!(area > 0.0 && off == 0.0);
+    /// let bed: Option<Bed> = simulation.bed(body);
+    /// assert!(bed.is_some_and(|bed| bed.area > 0.0 && bed.off == 0.0));
     /// # Ok::<(), rhexis::Error>(())
     /// ```
     pub fn bed(&self, body: BodyId) -> Option<Bed> {

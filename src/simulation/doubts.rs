@@ -5,6 +5,7 @@ use crate::components::{
     Body, Contact, Curve, EdgeLoads, EnergyCriterion, Forceps, Gravity, Grips, Holds, Obstacle, ObstaclePath, Planar,
     PointLoads, Pressure, Refinement, Springs, Tearing,
 };
+use crate::math::edge_of_equilateral;
 use crate::storage::{BodyId, Triangles, Vertices};
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -360,7 +361,7 @@ impl<'a> Sheet<'a> {
         let ((_, _, triangles, _), (tearing, energy, refinement), name) = (self.parts.0, self.parts.3, self.name());
         let Some(tearing) = tearing else { return };
         let area = triangles.rest.iter().map(|rest| rest.area).sum::<f64>() / triangles.len().max(1) as f64;
-        let edge = (area * 4.0 / 3.0_f64.sqrt()).sqrt();
+        let edge = edge_of_equilateral(area);
         if tearing.radius < edge && refinement.is_none() {
             let text = format!(
                 "the averaging radius of body `{name}` is {} mm, less than its edges ({} mm in the mean): it wants three edges; take a larger one, a \

@@ -32,7 +32,6 @@ pub use cut::locate::distance_to_triangle;
 pub use cut::nucleation::{NewTip, Slit};
 pub use cut::tip::TipChart;
 pub use followers::{Followers, FollowersQuery};
-pub use topology::bisect::size;
 pub use topology::coarsen::{Coarsening, plan_coarsening};
 pub use topology::ligaments::Ligaments;
 

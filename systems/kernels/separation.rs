@@ -4,11 +4,10 @@
 //! is (1 − d)·K·δ with a damage d that never falls. A front of bonds is about l = √(2·N·G)/σ long under the tension N (`docs/theory/bed.md`); with edges above l/3
 //! the force of peeling would be a property of the mesh. A coarser mesh therefore has less strength and the same energy (Turon et al. 2007).
 
+use crate::math::edge_of_equilateral;
+
 /// Edges to a front at the least, at the tension N = G/2 of tissue that is folded back, the shortest front there is.
 const EDGES_PER_FRONT: f64 = 3.0;
-
-/// Area of an equilateral triangle over the square of its edge: √3/4.
-const AREA_PER_EDGE_SQ: f64 = 0.433_012_701_892_219_3;
 
 /// Law of a bond at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +23,7 @@ pub struct Separation {
 impl Separation {
     /// The law of a stiffness \[N/mm³\], a strength \[MPa\] and an energy \[N/mm\] at a vertex between triangles of this mean rest area \[mm²\].
     pub fn new(stiffness: f64, strength: f64, energy: f64, triangle: f64) -> Self {
-        let edge = (triangle / AREA_PER_EDGE_SQ).sqrt();
-        let strength = strength.min(energy / (EDGES_PER_FRONT * edge));
+        let strength = strength.min(energy / (EDGES_PER_FRONT * edge_of_equilateral(triangle)));
         let (first, last) = (strength / stiffness, 2.0 * energy / strength);
         Self { stiffness, strength, first, last }
     }
@@ -96,7 +94,7 @@ mod tests {
     #[test]
     fn a_coarse_mesh_has_less_strength_and_the_same_range_of_energy() {
         // An edge of 1 mm allows 0.01/3 MPa.
-        let law = Separation::new(1.25, 0.05, 0.01, AREA_PER_EDGE_SQ);
+        let law = Separation::new(1.25, 0.05, 0.01, 0.25 * 3.0_f64.sqrt());
         assert!((law.strength() - 0.01 / 3.0).abs() < 1e-15 && (law.strength * law.last - 0.02).abs() < 1e-15);
     }
 }

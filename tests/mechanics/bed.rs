@@ -15,12 +15,13 @@ const LENGTH: f64 = 5.0;
 const ARM: f64 = 1.0;
 const YOUNG: f64 = 30.0;
 const THICKNESS: f64 = 0.015;
-/// Strength \[MPa\] and energy \[N/mm\] of its bonds.
+/// Strength of its bonds \[MPa\].
 const STRENGTH: f64 = 0.05;
 /// Speed of the front \[mm/ms\].
 const SPEED: f64 = 0.0004;
-/// Time step \[ms\].
-const DT: f64 = 5.0;
+/// Time step \[ms\]: of a fiftieth of an edge, and of a tenth.
+const SHORT: f64 = 5.0;
+const LONG: f64 = 25.0;
 
 /// A strip of this many cells per mm, whose arm stands at an angle \[rad\] to its bed and is drawn so that it keeps it.
 fn strip(per_mm: usize, angle: f64, energy: f64) -> Membrane {
@@ -61,13 +62,13 @@ fn kendall(angle: f64, energy: f64) -> f64 {
 }
 
 /// Mean force over Kendall's at the angle of the pull while the front goes on by 2 mm, and its deviation from the mean over that.
-fn peel(per_mm: usize, degrees: f64, energy: f64) -> [f64; 2] {
+fn peel(per_mm: usize, degrees: f64, energy: f64, dt: f64) -> [f64; 2] {
     let angle = degrees.to_radians();
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
     let body = simulation.spawn(strip(per_mm, angle, energy)).unwrap();
     let mut forces = Vec::new();
     while simulation.time() < 3.0 / SPEED {
-        simulation.step(DT).unwrap();
+        simulation.step(dt).unwrap();
         if simulation.time() > 1.0 / SPEED {
             forces.push(force(&simulation, body));
         }
@@ -89,10 +90,20 @@ fn peeling_takes_kendalls_force() {
         (135.0, 10, 0.03),
     ];
     for (degrees, per_mm, energy) in cases {
-        let [mean, deviation] = peel(per_mm, degrees, energy);
+        let [mean, deviation] = peel(per_mm, degrees, energy, SHORT);
         println!("{degrees} {per_mm} {energy}: {mean:.4} {deviation:.3}");
         // At 135° the tip of the front jumps from vertex to vertex: 1.6 % there, 0.3 % else.
         assert!((mean - 1.0).abs() < 0.03, "{degrees}°, {per_mm} per mm, {energy} N/mm: {mean}");
+    }
+}
+
+#[test]
+fn long_steps_draw_more_at_steep_angles() {
+    // As measured, 1.00, 1.04, 1.30 and 1.82, with room for the jumps of the front from vertex to vertex: docs/theory/bed.md says so.
+    for (degrees, most) in [(45.0, 1.03), (90.0, 1.07), (135.0, 1.45), (170.0, 2.1)] {
+        let [mean, deviation] = peel(10, degrees, 0.003, LONG);
+        println!("{degrees} in long steps: {mean:.4} {deviation:.3}");
+        assert!(mean > 0.97 && mean < most, "{degrees}°: {mean}");
     }
 }
 
@@ -106,7 +117,7 @@ fn what_has_come_off_stays_off_and_the_same_bits_follow_a_snapshot() {
         springs.anchors.values().iter().map(|anchor| anchor.bond.unwrap().damage).collect()
     };
     for _ in 0..200 {
-        simulation.step(25.0).unwrap();
+        simulation.step(LONG).unwrap();
     }
     let opened = damage(&simulation);
     let count = |is_such: fn(f64) -> bool| opened.iter().filter(|damage| is_such(**damage)).count();
@@ -120,7 +131,7 @@ fn what_has_come_off_stays_off_and_the_same_bits_follow_a_snapshot() {
         held.groups[0].curve = holds(5000.0 * SPEED);
         simulation.set(body, held).unwrap();
         for _ in 0..200 {
-            simulation.step(25.0).unwrap();
+            simulation.step(LONG).unwrap();
         }
     }
     let closed = damage(&simulation);

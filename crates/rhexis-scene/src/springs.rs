@@ -37,9 +37,8 @@ pub(super) fn springs(
             positive(format!("{key}.strength"), bed.strength, "MPa")?,
         );
         let bond = Bond::new(strength, energy);
-        let least = 0.5 * strength * strength / energy;
         let stiffness = bed.stiffness.unwrap_or(bond.usual_stiffness());
-        if !(stiffness >= least && stiffness.is_finite()) {
+        if !(stiffness >= 0.1 * bond.usual_stiffness() && stiffness.is_finite()) {
             let what = format!("{stiffness} N/mm³ take more than the energy before the strength is reached");
             return Err(Fault::new(
                 format!("{key}.stiffness"),

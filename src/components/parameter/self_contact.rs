@@ -15,7 +15,7 @@ const BAND_IN_EDGES: f64 = 1.6;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct SelfContact {
-    /// Distance \[mm\] below which two layers repel each other, above 0 and at most half a mean edge: the thickness of the tissue or more.
+    /// Distance \[mm\] below which two layers repel each other, above 0 and at most half a mean edge of the mesh that takes it: the thickness of the tissue or more.
     pub radius: f64,
     /// Rest distance \[mm\] within which places do not touch, ≥ 0: neighbours, and the lips of a tear. Without it the body takes ten radii or
     /// 1.6 mean edges, whichever is more, of the mesh that it has then.

@@ -44,7 +44,7 @@ impl Bond {
 
     /// Least stiffness per area \[N/mm³\]: of a bond that is off at once when it reaches its strength.
     pub(crate) fn least_stiffness(&self) -> f64 {
-        0.5 * self.strength * self.strength / self.energy
+        0.1 * self.usual_stiffness()
     }
 }
 

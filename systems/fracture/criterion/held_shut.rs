@@ -6,9 +6,9 @@
 //! √r, by the place of its tip. So δ over the edge is a number of the element alone, almost of neither mesh nor material. A disc
 //! about the point δ behind the vertex sees the field of a crack of the continuum about its middle.
 
-use crate::math::elementary;
+use crate::math::{edge_of_equilateral, elementary};
+use crate::systems::fracture::Surface;
 use crate::systems::fracture::criterion::tip_disc::{Disc, Walk};
-use crate::systems::fracture::{Surface, size};
 use crate::systems::kernels::fan::FanChart;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -71,7 +71,7 @@ fn local_edge(surface: &Surface, vertex: u32) -> f64 {
         area += surface.triangles.rest[t as usize].area;
         count += 1.0;
     }
-    size(area / count)
+    edge_of_equilateral(area / count)
 }
 
 /// The triangles at the corners of a vertex' fan, each as often as there are ways to it.

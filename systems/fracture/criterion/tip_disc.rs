@@ -5,7 +5,7 @@
 //! those just beyond its rim included. Only the stress in it changes from step to step. Triangles are found by walking from
 //! neighbour to neighbour, so a disc never reaches across a crack.
 
-use crate::math::{FibreLaw, Sym2, elementary};
+use crate::math::{FibreLaw, Sym2, edge_of_equilateral, elementary};
 use crate::storage::NONE;
 use crate::systems::fracture::Surface;
 use crate::systems::kernels::disc::disc_triangle_overlap;
@@ -121,8 +121,7 @@ impl Disc {
             full_area += surface.triangles.rest[t].area;
             surface.topology.neighbours[t].iter().filter(|&&n| n != NONE).for_each(|&n| walk.visit(n));
         }
-        // An equilateral triangle of the mean area has this edge.
-        let edge = (full_area / self.members.len() as f64 * 4.0 / 3.0_f64.sqrt()).sqrt();
+        let edge = edge_of_equilateral(full_area / self.members.len() as f64);
         self.area = area;
         self.fibre = elementary::unit_at(fibres.principal_angle());
         self.fibre_turn = turning.gradient();

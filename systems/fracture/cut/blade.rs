@@ -17,18 +17,8 @@ use smallvec::{SmallVec, smallvec};
 const COLLINEAR: f64 = 1e-9;
 /// Parts of the mean edge by which a line that is too fine for the mesh is thinned, one after the other.
 const COARSER: [f64; 4] = [0.03, 0.06, 0.12, 0.25];
-/// Parts of the mean edge by which an end inside the body goes on along its line, or back, where it finds no room.
-const SHIFTS: [f64; 5] = [0.0, 0.25, -0.25, 0.5, -0.5];
-/// An end goes back by this part of the last segment at the most.
-const FARTHEST_BACK: f64 = 0.5;
-
-/// Number of vertices near an end that are tried in its place.
-const PLACES: usize = 2;
 /// Part of a cut's length in the body that may be left out, where strokes find no room between lips.
 const MOST_LEFT_OUT: f64 = 0.5;
-
-/// Lines in place of those asked for, and the largest distance of an end \[mm\].
-type Variant = (Vec<Vec<DVec3>>, f64);
 
 /// Deviations allowed to a cut for the sake of good triangles, the best first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,6 +30,9 @@ enum Manner {
     /// The cut leaves its line.
     BesideTheLine,
 }
+
+/// All manners, the best first.
+const MANNERS: [Manner; 3] = [Manner::OnTheLine, Manner::EndsMoved, Manner::BesideTheLine];
 
 /// Outcome of one stroke of a cut.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -107,8 +100,8 @@ impl Cutter<'_, '_> {
                 }
             }
             if outcomes.is_err()
-                && lines.first().is_some_and(|line| self.has_free_ends(line, edge))
-                && let Some(parts) = lines.first().and_then(|line| self.cut_parts(line, polyline))
+                && let Some(line) = lines.first().filter(|line| self.has_free_ends(line, edge))
+                && let Some(parts) = self.cut_parts(line, polyline)
             {
                 outcomes = Ok(parts);
             }
@@ -121,7 +114,7 @@ impl Cutter<'_, '_> {
     fn cut_lines(&mut self, lines: &[Vec<DVec3>], polyline: &[DVec3]) -> Result<Vec<CutOutcome>, TearRefusal> {
         let mark = self.scratch.records.len();
         let mut refused = None;
-        for manner in [Manner::OnTheLine, Manner::EndsMoved, Manner::BesideTheLine] {
+        for manner in MANNERS {
             for line in lines {
                 match self.cut_strokes(line, polyline, manner) {
                     Ok(outcomes) => return Ok(outcomes),
@@ -141,7 +134,7 @@ impl Cutter<'_, '_> {
         let (mut outcomes, mut left_out) = (Vec::new(), 0.0);
         for stroke in &strokes {
             let mut made = None;
-            for manner in [Manner::OnTheLine, Manner::EndsMoved, Manner::BesideTheLine] {
+            for manner in MANNERS {
                 let before = self.scratch.records.len();
                 made = self.cut_stroke(stroke, polyline, manner).ok();
                 if made.is_some() {
@@ -157,74 +150,6 @@ impl Cutter<'_, '_> {
             self.roll_back(mark);
         }
         is_most.then_some(outcomes)
-    }
-
-    /// Variants of the lines with their ends inside the body moved farther on or farther back, and the larger of those shifts
-    /// \[mm\]; the smallest shift first.
-    fn shifted(&self, lines: &[Vec<DVec3>], edge: f64) -> Vec<Variant> {
-        let shifts_at = |end: Option<&DVec3>| match end {
-            Some(&end) if self.is_tissue(end) => SHIFTS.as_slice(),
-            _ => &SHIFTS[..1],
-        };
-        let Some(line) = lines.first() else { return Vec::new() };
-        let (of_first, of_last) = (shifts_at(line.first()), shifts_at(line.last()));
-        let mut pairs: Vec<(f64, f64)> =
-            of_first.iter().flat_map(|&a| of_last.iter().map(move |&b| (a, b))).skip(1).collect();
-        pairs.sort_by(|a, b| (a.0.abs() + a.1.abs()).total_cmp(&(b.0.abs() + b.1.abs())));
-        let both = |line: &Vec<DVec3>, (first, last): (f64, f64)| {
-            let mut line = line.clone();
-            move_first(&mut line, first * edge);
-            line.reverse();
-            move_first(&mut line, last * edge);
-            line.reverse();
-            line
-        };
-        let moved = |pair: (f64, f64)| lines.iter().map(|line| both(line, pair)).collect();
-        pairs.into_iter().map(|pair| (moved(pair), edge * pair.0.abs().max(pair.1.abs()))).collect()
-    }
-
-    /// Variants of the lines with their ends inside the body at vertices nearby, and the larger distance to those \[mm\]; the smallest one first. Many
-    /// cuts leave ends so close to lips that no vertex finds room between.
-    fn at_vertices(&self, lines: &[Vec<DVec3>], edge: f64) -> Vec<Variant> {
-        let Some(line) = lines.first() else { return Vec::new() };
-        let [of_first, of_last] = [line.first(), line.last()].map(|end| self.places_near(end, edge));
-        let mut pairs: Vec<[(f64, Option<DVec3>); 2]> =
-            of_first.iter().flat_map(|&a| of_last.iter().map(move |&b| [a, b])).skip(1).collect();
-        pairs.sort_by(|[a, b], [c, d]| (a.0 + b.0).total_cmp(&(c.0 + d.0)));
-        let both = |line: &Vec<DVec3>, [(_, first), (_, last)]: [(f64, Option<DVec3>); 2]| {
-            let mut line = line.clone();
-            line.first_mut().into_iter().for_each(|end| *end = first.unwrap_or(*end));
-            line.last_mut().into_iter().for_each(|end| *end = last.unwrap_or(*end));
-            line
-        };
-        let moved = |pair: [(f64, Option<DVec3>); 2]| lines.iter().map(|line| both(line, pair)).collect();
-        pairs.into_iter().map(|pair| (moved(pair), pair[0].0.max(pair[1].0))).collect()
-    }
-
-    /// Whether the tissue at both ends of a line is free, or outside the body.
-    fn has_free_ends(&self, line: &[DVec3], edge: f64) -> bool {
-        let is_free = |end: Option<&DVec3>| {
-            end.is_some_and(|&place| !self.is_tissue(place)) || self.places_near(end, edge).len() > 1
-        };
-        is_free(line.first()) && is_free(line.last())
-    }
-
-    /// An end as it is, then inside the body the nearest free vertices within an edge, with their distances \[mm\].
-    fn places_near(&self, end: Option<&DVec3>, edge: f64) -> SmallVec<[(f64, Option<DVec3>); 4]> {
-        let mut places: Vec<(f64, DVec3)> = match end {
-            Some(&end) if self.is_tissue(end) => {
-                // Where holds keep the tissue, no place beside them is better.
-                let of = |(row, x): (u32, &DVec3)| (self.is_movable)(row).then_some((x.distance(end), *x));
-                let rest = &self.mesh.vertices.rest_position;
-                (0..).zip(rest.iter()).filter_map(of).filter(|(way, _)| *way <= edge).collect()
-            }
-            _ => Vec::new(),
-        };
-        places.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // Two lips have vertices at one place.
-        places.dedup_by(|a, b| a.1 == b.1);
-        let near = places.into_iter().take(PLACES).map(|(way, place)| (way, Some(place)));
-        std::iter::once((0.0, None)).chain(near).collect()
     }
 
     /// Whether a line is cut from its last point: from the end on the boundary, else from the one nearer to the body's middle. The
@@ -438,14 +363,6 @@ impl Cutter<'_, '_> {
 
     fn at(&self, vertex: u32) -> DVec3 {
         self.mesh.vertices.rest_position[vertex as usize]
-    }
-}
-
-/// Moves the first point of a line by a length \[mm\] along its first segment: away from the second one, or, below zero, towards it.
-fn move_first(line: &mut [DVec3], by: f64) {
-    if let [first, second, ..] = line {
-        let along = *first - *second;
-        *first += along.normalize_or_zero() * by.max(-FARTHEST_BACK * along.length());
     }
 }
 

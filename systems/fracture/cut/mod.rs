@@ -14,3 +14,4 @@ pub(super) mod nucleation;
 pub(super) mod place;
 pub(super) mod relax;
 pub(super) mod tip;
+pub(super) mod variants;

@@ -14,11 +14,6 @@ const EDGE_TIE: f64 = 1e-9;
 /// Maximum length of a propagation path, in triangles. Edges grow along it, so only a hostile mesh has long ones.
 const LONGEST_WAY: usize = 100;
 
-/// The size of a triangle of this area \[mm²\]: the edge \[mm\] of the equilateral one.
-pub fn size(area: f64) -> f64 {
-    (area * 4.0 / 3.0_f64.sqrt()).sqrt()
-}
-
 impl Cutter<'_, '_> {
     /// Splits the last edge of a triangle's longest-edge propagation path at its middle; adds at most two triangles.
     ///

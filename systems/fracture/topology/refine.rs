@@ -4,11 +4,11 @@
 use crate::components::{
     EnergyAudit, FibreLaws, Planar, PreStretch, Refined, Refinement, SolveResult, TearDecisions, Tearing, fibre_law,
 };
-use crate::math::{FibreLaw, Sym2};
+use crate::math::{FibreLaw, Sym2, edge_of_equilateral};
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
 use crate::systems::fracture::{
     Coarsening, Cutter, Followers, FollowersQuery, Quality, Surface, TearScratch, TipMemory, Walk,
-    distance_to_triangle, plan_coarsening, size,
+    distance_to_triangle, plan_coarsening,
 };
 use crate::systems::{StepContext, work};
 use glam::DVec3;
@@ -176,7 +176,7 @@ impl Refiner<'_> {
                 if distance > reach {
                     continue;
                 }
-                if size(self.mesh.triangles.rest[t as usize].area) > edge {
+                if edge_of_equilateral(self.mesh.triangles.rest[t as usize].area) > edge {
                     self.refined.queue.push((distance, t));
                 }
                 let neighbours = self.mesh.topology.neighbours[t as usize];
@@ -191,7 +191,7 @@ impl Refiner<'_> {
         let most = self.refinement.most_added(self.refined.start_count);
         let area = |mesh: &Mesh<'_>| mesh.triangles.rest[triangle as usize].area;
         let start = area(&self.mesh);
-        while area(&self.mesh) == start && size(start) > edge {
+        while area(&self.mesh) == start && edge_of_equilateral(start) > edge {
             if self.refined.added + 2 > most {
                 return false;
             }
@@ -243,7 +243,8 @@ impl Refiner<'_> {
     fn plan(&self, row: u32, reach: f64) -> Option<Coarsening> {
         let edge = self.refinement.edge(self.tearing.radius);
         let is_wanted = |x: [DVec3; 3], area: f64| {
-            size(area) <= edge || self.distance_to_tips(|tip| distance_to_triangle(x, tip)) >= CLEAR_OF_TIPS * reach
+            edge_of_equilateral(area) <= edge
+                || self.distance_to_tips(|tip| distance_to_triangle(x, tip)) >= CLEAR_OF_TIPS * reach
         };
         let surface = Surface {
             vertices: self.mesh.vertices,

@@ -7,6 +7,7 @@ use rhexis::components::{
     Anchor, Curve, Fibres, Hold, Holds, Material, Planar, PreStretch, Refined, Refinement, Springs, TearDecision,
     TearLog, Tearing,
 };
+use rhexis::math::edge_of_equilateral;
 use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
@@ -16,7 +17,7 @@ use rhexis::storage::{
     measure::{linear_momentum, rest_angles, total_area, total_mass},
     validate,
 };
-use rhexis::systems::fracture::{Cutter, Quality, Surface, TearScratch, TipMemory, size, tip_decision};
+use rhexis::systems::fracture::{Cutter, Quality, Surface, TearScratch, TipMemory, tip_decision};
 use rhexis_scene::Document;
 use rhexis_scene::generate;
 
@@ -51,7 +52,7 @@ fn bisection_keeps_angles_and_energy() {
         let [start, _] = angles(&body.vertices, &body.triangles);
         let (energy, area) = (body.elastic_energy(), total_area(&body.triangles));
         let (mass, momentum) = (total_mass(&body.vertices), linear_momentum(&body.vertices));
-        let mean = size(area / body.triangles.len() as f64);
+        let mean = edge_of_equilateral(area / body.triangles.len() as f64);
         let mut scratch = TearScratch::default();
         for _ in 0..4 {
             let at = sheet.positions[random.below(sheet.positions.len())];
@@ -62,7 +63,7 @@ fn bisection_keeps_angles_and_energy() {
                         .any(|&v| b.vertices.rest_position[v as usize].distance(at) < 2.0 * mean)
                 };
                 for t in 0..body.triangles.len() {
-                    if near(&body, t) && size(body.triangles.rest[t].area) > mean / 8.0 {
+                    if near(&body, t) && edge_of_equilateral(body.triangles.rest[t].area) > mean / 8.0 {
                         let quality = Quality { flip: 0.0, ..Quality::default() };
                         let mut mesh = body.mesh();
                         let mut cutter =
@@ -73,7 +74,8 @@ fn bisection_keeps_angles_and_energy() {
             }
             let all_small = (0..body.triangles.len()).all(|t| {
                 let x = body.triangles.corners[t].map(|v| body.vertices.rest_position[v as usize]);
-                x.iter().all(|p| p.distance(at) > 1.9 * mean) || size(body.triangles.rest[t].area) <= mean / 8.0
+                x.iter().all(|p| p.distance(at) > 1.9 * mean)
+                    || edge_of_equilateral(body.triangles.rest[t].area) <= mean / 8.0
             });
             assert!(all_small, "{name}");
         }
