@@ -1,6 +1,7 @@
 //! Other ends for a cut that finds no room at its own: along the line, then at vertices nearby.
 
 use crate::systems::fracture::Cutter;
+use crate::systems::fracture::cut::cut_line::distance_to_segment;
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -43,7 +44,7 @@ impl Cutter<'_, '_> {
     /// cuts leave ends so close to lips that no vertex finds room between.
     pub(super) fn at_vertices(&self, lines: &[Vec<DVec3>], edge: f64) -> Vec<Variant> {
         let Some(line) = lines.first() else { return Vec::new() };
-        let [of_first, of_last] = [line.first(), line.last()].map(|end| self.places_near(end, edge));
+        let [of_first, of_last] = from_both_ends(line).map(|line| self.places_near(&line, edge));
         let mut pairs: Vec<[(f64, Option<DVec3>); 2]> =
             of_first.iter().flat_map(|&a| of_last.iter().map(move |&b| [a, b])).skip(1).collect();
         pairs.sort_by(|[a, b], [c, d]| (a.0 + b.0).total_cmp(&(c.0 + d.0)));
@@ -59,16 +60,14 @@ impl Cutter<'_, '_> {
 
     /// Whether the tissue at both ends of a line is free, or outside the body.
     pub(super) fn has_free_ends(&self, line: &[DVec3], edge: f64) -> bool {
-        let is_free = |end: Option<&DVec3>| {
-            end.is_some_and(|&place| !self.is_tissue(place)) || self.places_near(end, edge).len() > 1
-        };
-        is_free(line.first()) && is_free(line.last())
+        let is_outside = |line: &[DVec3]| line.first().is_some_and(|&end| !self.is_tissue(end));
+        from_both_ends(line).iter().all(|line| is_outside(line) || self.places_near(line, edge).len() > 1)
     }
 
-    /// An end as it is, then inside the body the nearest free vertices within an edge, with their distances \[mm\].
-    fn places_near(&self, end: Option<&DVec3>, edge: f64) -> SmallVec<[(f64, Option<DVec3>); 4]> {
-        let mut places: Vec<(f64, DVec3)> = match end {
-            Some(&end) if self.is_tissue(end) => {
+    /// The first point of a line as it is, then inside the body the nearest free vertices within an edge, with their distances \[mm\].
+    fn places_near(&self, line: &[DVec3], edge: f64) -> SmallVec<[(f64, Option<DVec3>); 4]> {
+        let mut places: Vec<(f64, DVec3)> = match line.first() {
+            Some(&end) if self.is_tissue(end) && !comes_back(line, edge) => {
                 // Where holds keep the tissue, no place beside them is better.
                 let of = |(row, x): (u32, &DVec3)| (self.is_movable)(row).then_some((x.distance(end), *x));
                 let rest = &self.mesh.vertices.rest_position;
@@ -82,6 +81,22 @@ impl Cutter<'_, '_> {
         let near = places.into_iter().take(PLACES).map(|(way, place)| (way, Some(place)));
         std::iter::once((0.0, None)).chain(near).collect()
     }
+}
+
+/// A line from its first point on, and from its last.
+fn from_both_ends(line: &[DVec3]) -> [Vec<DVec3>; 2] {
+    [line.to_vec(), line.iter().rev().copied().collect()]
+}
+
+/// Whether a line comes back to within an edge of its first point: elsewhere that would end another cut.
+fn comes_back(line: &[DVec3], edge: f64) -> bool {
+    let Some(&end) = line.first() else { return false };
+    let mut gone = 0.0;
+    line.windows(2).any(|part| {
+        let is_beyond = gone > 2.0 * edge;
+        gone += part[0].distance(part[1]);
+        is_beyond && distance_to_segment(end, part[0], part[1]) < edge
+    })
 }
 
 /// Moves the first point of a line by a length \[mm\] along its first segment: away from the second one, or, below zero, towards it.
