@@ -121,6 +121,31 @@ fn a_heavy_box_rests_on_a_drum() {
     rests(&BOX, 100.0);
 }
 
+#[test]
+#[ignore = "not right yet, it trembles and is thrown off: cargo test --release --test contact flat_box -- --ignored --nocapture"]
+fn a_flat_box_rests_on_a_slack_sheet() {
+    let mut mesh = generate::grid(21.0, 21.0, 21, 21).unwrap();
+    mesh.positions.iter_mut().for_each(|x| *x -= DVec3::new(10.5, 10.5, 0.0));
+    let tissue = Material { density: 1e-3, ..Material::isotropic(0.5, 0.3, 0.1) };
+    let sheet = damped(Membrane::new("sheet", mesh, tissue)).with(Contact::default());
+    let rim = sheet.select(|x| x.abs().max_element() > 10.4).into_iter().map(|v| (v, DVec3::ZERO));
+    let members = Attached::new(rim);
+    let curve = Curve::constant(0.0);
+    let mut simulation = Simulation::new(Settings::default()).unwrap();
+    simulation.spawn(sheet.hold(Hold { name: "rim".into(), members, axes: [true; 3], curve })).unwrap();
+    let half = DVec3::new(4.0, 3.0, 1.5);
+    let shape = Shape::Box { centre: DVec3::Z * 1.55, half, axes: DMat3::IDENTITY };
+    let rigid = Rigid { acceleration: DVec3::NEG_Z * GRAVITY, ..Rigid::of(&shape, 0.05).unwrap() };
+    let block = put(&mut simulation, (shape, rigid));
+    for _ in 0..100 {
+        simulation.step(10.0).unwrap();
+    }
+    let Rigid { centre, velocity, spin, .. } = simulation.rigid(block).unwrap().unwrap();
+    println!("at {centre}, {velocity} mm/ms, {spin} rad/ms");
+    // Of a fall of a millimetre, which ends at 4e-3 mm/ms, a hundredth is left.
+    assert!(centre.truncate().length() < 0.5 && velocity.length() < 4e-5 && spin.length() < 1e-5);
+}
+
 /// Momentum goes from the ball to the sheet at every step but those in which the energy guard shortens the increment or has it repeated: no reported
 /// force does that. Solves that end at rounding leave 3e-6 of it in an impact, others their residual.
 #[test]

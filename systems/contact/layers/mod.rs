@@ -10,6 +10,7 @@ mod bodies;
 mod candidates;
 mod closest;
 mod groups;
+mod proof;
 mod search;
 mod separate;
 

@@ -1,10 +1,9 @@
-//! Proof that no layer has passed through another in a step, and correction of the pairs without a proof.
+//! Correction of the pairs without a [proof](super::proof) that they have not met in a step.
 //!
-//! Two parts whose ways are straight have not met if one direction tells them apart at the start and at the end: a plane that moves with
-//! them stands between them all the way. Layers that move together are free by it. Where no direction is found the nearest one holds both back,
-//! with equal impulses, until a gap is left. In the end the parts of a pair move alike, and at last not at all, which is no motion through anything:
-//! so it ends.
+//! Where no direction tells them apart the nearest one holds both back, with equal impulses, until a gap is left. In the end the parts of a pair move
+//! alike, and at last not at all, which is no motion through anything: so it ends.
 
+use super::proof::Proof;
 use super::search::{Owners, Sweep};
 use super::{HeldTogether, Mesh, TESTS_PER_PROOF};
 use crate::components::{
@@ -13,12 +12,6 @@ use crate::components::{
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::{StepContext, work};
 use glam::DVec3;
-
-/// Gap to be left between the parts of a pair, over that at the start, or over the radius if that is less.
-const LEFT: f64 = 0.2;
-
-/// Gap at the start along a direction of a proof, over the distance.
-const TOLD_APART: f64 = 0.3;
 
 /// Rounds with planes, the last round with common motions, and the maximum; later rounds put vertices back to their start.
 const PLANE_ROUNDS: u32 = 60;
@@ -44,51 +37,6 @@ const FEW: usize = 4;
 
 /// How far a pair may be through each other, over the radius, without a further solve.
 const SHALLOW: f64 = 0.5;
-
-/// Verdict on a pair's ways.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Proof {
-    /// They have not met.
-    Apart,
-    /// They met at the start: they are left alone.
-    Touching,
-    /// No direction tells them apart; `missing` is how much of the gap is missing \[mm\] along the nearest one.
-    Through { normal: DVec3, target: f64, missing: f64 },
-}
-
-impl Proof {
-    /// Looks for a direction that tells a pair apart at both ends.
-    pub(super) fn new(
-        (pair, &PairStart { normal, distance }): (&Pair, &PairStart),
-        start: &[DVec3],
-        end: &[DVec3],
-        radius: f64,
-    ) -> Self {
-        if !(distance > 1e-9 * radius) {
-            return Self::Touching;
-        }
-        let target = LEFT * distance.min(radius);
-        let missing = target - pair.heights(normal, end).gap();
-        if missing <= target * 1e-9 {
-            return Self::Apart;
-        }
-        let mut best = (normal, missing);
-        for direction in [pair.across(start), pair.across(end), pair.nearest(end).way] {
-            let Some(direction) = direction.try_normalize() else { continue };
-            for normal in [direction, -direction] {
-                if pair.heights(normal, start).gap() < (TOLD_APART * distance).max(target).min(radius) {
-                    continue;
-                }
-                let missing = target - pair.heights(normal, end).gap();
-                if missing < best.1 {
-                    best = (normal, missing);
-                }
-            }
-        }
-        let (normal, missing) = best;
-        if missing <= target * 1e-9 { Self::Apart } else { Self::Through { normal, target, missing } }
-    }
-}
 
 impl Layers {
     /// Box tests in the time of one proof for every pair; none where nothing has moved, since the list may then be longer than asked for.
