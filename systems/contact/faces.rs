@@ -5,9 +5,10 @@
 //! The force couples them. The stiffness in the solve is the sum of each corner's row, which is no less. So a step stays stable and
 //! only comes to rest a little later.
 
+use super::deepest::{Place, at, deepest};
 use super::{DEEP, Held, Moved, SAME_SIDE, STIFFNESS, held, shift};
 use crate::components::{Contact, Increment, Push, Shape, SolverScratch};
-use crate::math::{Sym3, elementary, nearest_in_triangle};
+use crate::math::{Sym3, elementary};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::kernels::formulas::{dot, less};
@@ -23,6 +24,12 @@ const SMALL_FACE: f64 = 0.5;
 
 /// Least weight of a place inside a triangle.
 const INSIDE: f64 = 0.05;
+
+/// Depth in a box up to which the nearest way out counts, of the box's least half width.
+const SHALLOW: f64 = 0.25;
+
+/// Normals of a box with a smaller cosine between them are of opposite faces.
+const OTHER_SIDE: f64 = -0.5;
 
 /// Steps to the moment of contact at the most, and how near it is \[of the way\].
 const MOST_IMPACT_STEPS: u32 = 40;
@@ -65,86 +72,6 @@ fn least_radius(shape: &Shape) -> f64 {
     }
 }
 
-/// The place of a triangle that is deepest in a shape: of a ball and a capsule in length, of an ellipsoid on the smallest of those
-/// similar to it. `None` for a plane, whose deepest place is a vertex, and for a
-/// mesh, which vertices alone feel.
-pub(super) fn deepest(shape: &Shape, x: [DVec3; 3]) -> Option<[f64; 3]> {
-    let weights = match *shape {
-        Shape::Plane { .. } | Shape::Mesh { .. } => return None,
-        Shape::Sphere { centre, .. } => nearest_in_triangle(x, centre),
-        Shape::Ellipsoid { centre, half_axes, axes } => {
-            let local = axes.transpose();
-            nearest_in_triangle(x.map(|x| local * (x - centre) / half_axes), DVec3::ZERO)
-        }
-        Shape::Capsule { ends, .. } => nearest_to_segment(x, ends),
-        Shape::Box { .. } | Shape::Cylinder { .. } => innermost(shape, x),
-    };
-    weights.iter().all(|w| w.is_finite()).then_some(weights)
-}
-
-/// The place of a triangle on the smallest similar shape: the gauge is convex, so that a search on ever finer parts finds it.
-fn innermost(shape: &Shape, x: [DVec3; 3]) -> [f64; 3] {
-    const STEPS: i32 = 4;
-    const ROUNDS: i32 = 5;
-    let gauge = |weights: [f64; 3]| shape.gauge(at(x, weights)).unwrap_or(f64::INFINITY);
-    let mut best = [1.0 / 3.0; 3];
-    let mut least = gauge(best);
-    let mut reach = 1.0;
-    for _ in 0..ROUNDS {
-        let middle = best;
-        for i in -STEPS..=STEPS {
-            for j in -STEPS..=STEPS {
-                let part = |k: i32| reach * f64::from(k) / f64::from(STEPS);
-                let u = (middle[0] + part(i)).clamp(0.0, 1.0);
-                let v = (middle[1] + part(j)).clamp(0.0, 1.0 - u);
-                let weights = [u, v, 1.0 - u - v];
-                let value = gauge(weights);
-                if value < least {
-                    (best, least) = (weights, value);
-                }
-            }
-        }
-        reach /= f64::from(STEPS);
-    }
-    best
-}
-
-pub(super) fn at(x: [DVec3; 3], weights: [f64; 3]) -> DVec3 {
-    x[0] * weights[0] + x[1] * weights[1] + x[2] * weights[2]
-}
-
-/// The place of a triangle nearest to a segment: at one of its ends, on an edge, or where it passes through.
-fn nearest_to_segment(x: [DVec3; 3], [a, b]: [DVec3; 2]) -> [f64; 3] {
-    let along = b - a;
-    let to_segment = |p: DVec3| {
-        let t = ((p - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-        p.distance_squared(if t.is_finite() { a + along * t } else { a })
-    };
-    let normal = (x[1] - x[0]).cross(x[2] - x[0]);
-    let through = a + along * ((x[0] - a).dot(normal) / along.dot(normal)).clamp(0.0, 1.0);
-    let ends = [a, b, if through.is_finite() { through } else { a }].map(|p| nearest_in_triangle(x, p));
-    let edge = |i: usize| {
-        let j = (i + 1) % 3;
-        let s = nearest_of_segments([x[i], x[j]], [a, b]);
-        let mut weights = [0.0; 3];
-        weights[i] = 1.0 - s;
-        weights[j] = s;
-        weights
-    };
-    let all = ends.into_iter().chain((0..3).map(edge)).map(|weights| (to_segment(at(x, weights)), weights));
-    all.min_by(|p, q| p.0.total_cmp(&q.0)).map_or([1.0, 0.0, 0.0], |(_, weights)| weights)
-}
-
-/// Parameter along the first segment of its point nearest to the second (Ericson 2005, Real-Time Collision Detection, 5.1.9).
-fn nearest_of_segments([p, q]: [DVec3; 2], [a, b]: [DVec3; 2]) -> f64 {
-    let (u, v, w) = (q - p, b - a, p - a);
-    let (uu, vv, uv, uw, vw) = (u.dot(u), v.dot(v), u.dot(v), u.dot(w), v.dot(w));
-    let clamped = |value: f64| if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 };
-    let s = clamped((uv * vw - uw * vv) / (uu * vv - uv * uv));
-    let t = clamped((uv * s + vw) / vv);
-    clamped((uv * t - uw) / uu)
-}
-
 /// The square of a triangle's longest edge \[mm²\].
 #[inline]
 fn longest_sq(x: [DVec3; 3]) -> f64 {
@@ -170,9 +97,23 @@ fn held_at(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3], (edge, radius): (f64
     if !shape.reaches(middle, all().map(|p| p.distance(middle)).fold(0.0, f64::max)) {
         return None;
     }
-    let first = deepest(shape, from)?;
-    let (mut distance, mut normal) = shape.distance(at(from, first))?;
-    let (weights, held) = if distance < 0.0 {
+    let Place { weights: first, mut distance, mut normal, .. } = Place::of(shape, from)?;
+    let beneath = |weights, normal: DVec3| {
+        let x = at(x, weights);
+        let depth = shape.farthest(normal)? - normal.dot(x);
+        Some((weights, Held { depth, normal, point: x + normal * depth }))
+    };
+    let is_box = matches!(shape, Shape::Box { .. });
+    // A box that has not gone far into the triangle, nor through it, holds it by the least way out of now, whatever way it came.
+    let shallow = -SHALLOW * shape.least_half_width();
+    let is_near =
+        |now: &Place| now.distance < 0.0 && distance.min(now.distance) > shallow && now.normal.dot(normal) > OTHER_SIDE;
+    let now = if is_box { Place::of(shape, x).filter(is_near) } else { None };
+    let (weights, held) = if let Some(now) = now {
+        beneath(now.weights, now.normal).filter(|_| !now.is_by_corners)?
+    } else if distance < 0.0 && is_box {
+        beneath(first, normal)?
+    } else if distance < 0.0 {
         // The place that was in touch, which a fast obstacle carries along, or the one that is deepest now, where it slides.
         let hold = |weights| {
             let held = held(moved, at(start, weights), at(x, weights))?;
@@ -203,17 +144,13 @@ fn held_at(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3], (edge, radius): (f64
                 return None;
             }
             then = [0, 1, 2].map(|i| from[i].lerp(x[i], done));
-            weights = deepest(shape, then)?;
-            (distance, normal) = shape.distance(at(then, weights))?;
+            Place { weights, distance, normal, .. } = Place::of(shape, then)?;
         }
         let point = at(then, weights) - normal * distance;
-        let depth = (point - at(x, weights)).dot(normal);
-        if !(depth > 0.0) {
-            return None;
-        }
-        (weights, Held { depth, normal, point })
+        (weights, Held { depth: (point - at(x, weights)).dot(normal), normal, point })
     };
-    Some(HeldFace { weights, held, size: edge.min(radius / SMALL_FACE), part: edge / radius - 1.0 })
+    let face = HeldFace { weights, held, size: edge.min(radius / SMALL_FACE), part: edge / radius - 1.0 };
+    (face.held.depth > 0.0).then_some(face)
 }
 
 /// The plane of a triangle that the end of an obstacle pierces inside: across its own normal, for the way out at the side of the obstacle is closed to it. `None` for
@@ -365,25 +302,6 @@ mod tests {
     use super::*;
 
     const TRIANGLE: [DVec3; 3] = [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 2.0, 0.0)];
-
-    #[test]
-    fn no_place_of_the_triangle_is_nearer_to_the_segment() {
-        for i in 1..300 {
-            let at_random = |k: f64| (f64::from(i) * k).sin() * 3.0;
-            let [a, b] = [
-                DVec3::new(at_random(1.1), at_random(2.3), at_random(3.7)),
-                DVec3::new(at_random(1.7), at_random(2.9), at_random(0.7)),
-            ];
-            let distance =
-                |p: DVec3| p.distance(a + (b - a) * ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0));
-            let found = distance(at(TRIANGLE, nearest_to_segment(TRIANGLE, [a, b])));
-            for j in 0..200 {
-                let (u, v) = ((f64::from(j) * 0.618).fract(), (f64::from(j) * 0.327).fract());
-                let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-                assert!(found <= distance(at(TRIANGLE, [1.0 - u - v, u, v])) + 1e-9);
-            }
-        }
-    }
 
     #[test]
     fn a_ball_is_caught_between_the_vertices_wherever_it_ends() {

@@ -6,6 +6,8 @@
 //! for another solve, and one that is still inside then is put back onto its plane. Triangles that are large beside an obstacle
 //! are judged in the same way at their deepest point; and none passes through one, whatever comes of that.
 
+mod box_touch;
+mod deepest;
 mod faces;
 pub mod friction;
 pub mod layers;

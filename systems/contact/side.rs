@@ -7,7 +7,7 @@
 //! the obstacle, and so do those of neighbours that would enter because of that. Triangles that do not move against the
 //! obstacle enter nothing, so the procedure ends.
 
-use super::faces::{at, deepest};
+use super::deepest::{at, deepest};
 use super::{Moved, shift};
 use crate::components::{Increment, Shape, SolverScratch};
 use crate::storage::{Triangles, Vertices};

@@ -5,6 +5,7 @@ use super::{rotation, settle_place};
 use crate::components::{Contact, Obstacle, ObstacleMotion, RigidStep, Shape, SolveResult};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::StepContext;
+use crate::systems::contact::deepest::{at, deepest};
 use crate::systems::contact::travel::Travel;
 use crate::systems::contact::{faces, held};
 use crate::systems::context::Formula;
@@ -105,8 +106,7 @@ impl Way {
         faces::for_held(&moved, x, (&x[..], triangles), |t, _| {
             let corners = triangles.corners[t].map(|v| x[v as usize]);
             look(&|shape| {
-                let deepest = faces::deepest(shape, corners);
-                let place = deepest.map(|weights| faces::at(corners, weights));
+                let place = deepest(shape, corners).map(|weights| at(corners, weights));
                 place.and_then(|x| shape.distance(x)).is_some_and(|(distance, _)| distance < 0.0)
             });
         });
