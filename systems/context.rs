@@ -51,6 +51,8 @@ pub struct StepContext {
     pub formula: Formula,
     /// Equilibrium without inertia, damping and drag.
     pub is_static: bool,
+    /// Static solve at the time of the state before: no time passes.
+    pub is_instant: bool,
     /// Redone after tears have advanced.
     pub is_resumed: bool,
     /// Retried part of a step that has failed: a few vertices that would create energy are relaxed locally.
@@ -98,6 +100,7 @@ impl StepContext {
                 Integrator::TrBdf2 => Formula::SecondBackwardDifference,
             },
             is_static: false,
+            is_instant: false,
             is_resumed: false,
             is_retried: false,
             is_fallback: false,
@@ -142,6 +145,7 @@ impl StepContext {
             time,
             formula: Formula::BackwardEuler,
             is_static: true,
+            is_instant: !(dt > 0.0),
             is_resumed: false,
             is_retried: false,
             is_fallback: false,
@@ -196,6 +200,11 @@ impl StepContext {
     /// Time \[ms\] from the start of the step to the end of this stage.
     pub fn stage_dt(&self) -> f64 {
         if self.formula == Formula::Trapezoidal { GAMMA * self.dt } else { self.dt }
+    }
+
+    /// Time \[ms\] since the start of the step over which tissue relaxes until this evaluation.
+    pub fn relaxed_span(&self) -> f64 {
+        if self.is_instant || self.formula == Formula::Start { 0.0 } else { self.stage_dt() }
     }
 
     /// Time at the end of the whole step \[ms\].

@@ -44,6 +44,11 @@ pub enum BodyError {
     /// Two laws of the fibres.
     #[error("fibres have one law: leave `StiffeningFibres` or `HolzapfelGasserOgden` out")]
     TwoFibreLaws,
+    /// Relaxation beside a law of the fibres.
+    #[error(
+        "Relaxation goes with the linear law: leave it out, or leave out `StiffeningFibres` and `HolzapfelGasserOgden`"
+    )]
+    RelaxationOfFibreLaw,
     /// A published law of the fibres with a pre-stretch that differs from triangle to triangle.
     #[error(
         "`HolzapfelGasserOgden` takes one pre-stretch for the whole body: give `PreStretch`, or leave those of triangles out"

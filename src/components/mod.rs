@@ -65,6 +65,7 @@ pub use parameter::loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use parameter::material::Material;
 pub use parameter::obstacle::{Contact, Obstacle, ObstaclePath, Shape};
 pub use parameter::refinement::Refinement;
+pub use parameter::relaxation::{Branch, Relaxation};
 pub use parameter::self_contact::SelfContact;
 pub use parameter::sleeping::Sleeping;
 pub use parameter::springs::{Anchor, Bond, Springs};

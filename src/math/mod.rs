@@ -14,6 +14,7 @@ mod nearest;
 pub mod number;
 mod orthotropic;
 mod per_row;
+mod relaxation;
 pub(crate) mod stiffening_fibres;
 mod sym2;
 mod sym3;
@@ -53,6 +54,8 @@ pub use nearest::nearest_in_triangle;
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 #[doc(hidden)]
 pub use per_row::PerRow;
+#[doc(hidden)]
+pub use relaxation::{Branch, Decay, Incremental, tangent};
 #[doc(hidden)]
 pub use stiffening_fibres::{FibreResponse, StiffeningFibres};
 pub use sym2::Sym2;

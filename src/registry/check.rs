@@ -63,12 +63,14 @@ macro_rules! walk {
     (
         parameter, saved, recorded { $($p:ident: $parameter:ty,)* }
         state, saved, recorded { $($t:ident: $tool:ty,)* }
+        parameter, saved last, recorded { $($l:ident: $last:ty,)* }
         $($rest:tt)*
     ) => {
         /// Validates components that hosts may change, and the rules between components.
         pub(crate) fn check_changed(entity: &impl Look, host: &Host<'_>) -> Result<(), BodyError> {
             $( entity.look(|component: &$parameter| Check::check(component, host)).transpose()?; )*
             $( entity.look(|component: &$tool| Check::check(component, host)).transpose()?; )*
+            $( entity.look(|component: &$last| Check::check(component, host)).transpose()?; )*
             check_rules(entity)
         }
     };
@@ -81,6 +83,10 @@ pub(crate) fn check_rules(body: &impl Look) -> Result<(), BodyError> {
         (body.has::<Refinement>() && !body.has::<Tearing>(), BodyError::RefinementWithoutTearing),
         (body.has::<EnergyCriterion>() && !body.has::<Tearing>(), BodyError::EnergyCriterionWithoutTearing),
         (body.has::<HolzapfelGasserOgden>() && body.has::<StiffeningFibres>(), BodyError::TwoFibreLaws),
+        (
+            body.has::<Relaxation>() && (body.has::<HolzapfelGasserOgden>() || body.has::<StiffeningFibres>()),
+            BodyError::RelaxationOfFibreLaw,
+        ),
         (body.has::<Bending>() && body.has::<Planar>(), BodyError::BendingInPlane),
         (
             body.has::<HolzapfelGasserOgden>() && body.look(Triangles::are_pre_stretched).unwrap_or(false),

@@ -4,6 +4,7 @@ use super::Look;
 use crate::components::*;
 use crate::storage::{Tips, Triangles};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
+use crate::systems::forces::relaxation::rest;
 use crate::systems::fracture::{TearScratch, TipMemory};
 use crate::systems::solver::{Factor, MixedSolver};
 use hecs::{Component, Entity, EntityBuilder, World};
@@ -12,6 +13,9 @@ use hecs::{Component, Entity, EntityBuilder, World};
 pub(crate) trait Give: Look {
     /// Gives one, in place of any of its type.
     fn give<C: Component>(&mut self, component: C);
+
+    /// Changes a component, if it is there.
+    fn change<C: Component>(&mut self, change: impl FnOnce(&mut C));
 
     /// Gives an empty one, unless there is one.
     fn ensure<C: Component + Default>(&mut self) {
@@ -24,6 +28,12 @@ pub(crate) trait Give: Look {
 impl Give for EntityBuilder {
     fn give<C: Component>(&mut self, component: C) {
         self.add(component);
+    }
+
+    fn change<C: Component>(&mut self, change: impl FnOnce(&mut C)) {
+        if let Some(component) = self.get_mut::<&mut C>() {
+            change(component);
+        }
     }
 }
 
@@ -43,6 +53,12 @@ impl Give for Inside<'_> {
     fn give<C: Component>(&mut self, component: C) {
         // One that is gone needs nothing.
         let _ = self.world.insert_one(self.entity, component);
+    }
+
+    fn change<C: Component>(&mut self, change: impl FnOnce(&mut C)) {
+        if let Ok(component) = self.world.query_one_mut::<&mut C>(self.entity) {
+            change(component);
+        }
     }
 }
 
@@ -96,7 +112,24 @@ pub(crate) fn complete(entity: &mut impl Give) {
     if let Some(contact) = entity.look(with_band).flatten() {
         entity.give(contact);
     }
+    relax(entity);
     if entity.has::<Springs>() || entity.has::<Grips>() || entity.has::<Drag>() || entity.has::<Contact>() {
         entity.ensure::<ExternalStiffness>();
     }
+}
+
+/// Gives a body that relaxes its history, and takes it off one that does not any more.
+fn relax(entity: &mut impl Give) {
+    let relaxation = entity.look(Relaxation::clone);
+    if relaxation.is_none() && !entity.look(|triangles: &Triangles| triangles.relaxing.is_some()).unwrap_or(false) {
+        return;
+    }
+    let unstretched = PreStretch::unstretched(entity.look(|held: &PreStretch| *held).as_ref());
+    entity.change(|triangles: &mut Triangles| {
+        let mut relaxing = triangles.relaxing.take().unwrap_or_default();
+        if let Some(relaxation) = &relaxation {
+            rest(&mut relaxing, triangles, relaxation, unstretched);
+            triangles.relaxing = Some(relaxing);
+        }
+    });
 }

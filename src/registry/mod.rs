@@ -19,7 +19,8 @@ pub(crate) use parameters::{ParameterVisitor, Parameters};
 use crate::components::check::Check;
 
 /// Hands the list to a macro. Each section begins with the kind of its components. *Saved* ones are in snapshots, *remade* ones in
-/// part: they are rebuilt from it. Hosts may change *recorded* ones between two calls.
+/// part: they are rebuilt from it. Hosts may change *recorded* ones between two calls. Those *saved last* stand at the end of an entity's bytes, which
+/// are those of older versions where they are not there.
 macro_rules! components {
     ($made:ident) => {
         $made! {
@@ -51,6 +52,9 @@ macro_rules! components {
             state, saved, recorded {
                 forceps: Forceps,
                 blade: Blade,
+            }
+            parameter, saved last, recorded {
+                relaxation: Relaxation,
             }
             parameter, saved {
                 body: Body,
@@ -124,6 +128,7 @@ macro_rules! recorded_components {
             PreStretch;
             Pressure;
             Refinement or Refinement::default();
+            Relaxation or Relaxation::default();
             Sleeping or Sleeping::default();
             Springs;
             StiffeningFibres;

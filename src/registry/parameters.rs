@@ -15,24 +15,86 @@ pub trait ParameterVisitor {
     fn unset<C: Parameter>(&mut self);
 }
 
+/// Positions and velocities of a body.
+type Motion = (Vec<DVec3>, Vec<DVec3>);
+
+/// End of the bytes. The first two forms are those of an option, as bytes were before a component stood last.
+#[cfg(feature = "snapshot")]
+#[derive(serde::Serialize, serde::Deserialize)]
+enum Tail<M, L> {
+    None,
+    Motion(M),
+    Last(L),
+    Both(M, L),
+}
+
 /// Declares [`Parameters`].
 macro_rules! parameters {
     (
         parameter, saved, recorded { $($p:ident: $parameter:ty,)* }
         state, saved, recorded { $($t:ident: $tool:ty,)* }
+        parameter, saved last, recorded { $last:ident: $late:ty, }
         $($rest:tt)*
     ) => {
-        parameters! { $($p: $parameter,)* $($t: $tool,)* }
+        parameters! { last $last: $late, $($p: $parameter,)* $($t: $tool,)* }
     };
-    ($($name:ident: $component:ty,)*) => {
+    (last $last:ident: $late:ty, $($name:ident: $component:ty,)*) => {
         /// The parameters of an entity, or those of them that have changed: outer `None` where one has not, inner where it is gone.
         #[derive(Clone, Default)]
-        #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
         pub struct Parameters {
             $( $name: Option<Option<$component>>, )*
+            $last: Option<Option<$late>>,
             /// Positions and velocities.
-            motion: Option<(Vec<DVec3>, Vec<DVec3>)>,
+            motion: Option<Motion>,
         }
+
+        /// Form of bytes: `motion` and the component that stands last are the tail.
+        #[cfg(feature = "snapshot")]
+        mod form {
+            use super::*;
+            use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+            #[derive(Serialize)]
+            struct Written<'a> {
+                $( $name: &'a Option<Option<$component>>, )*
+                tail: Tail<&'a Motion, &'a Option<$late>>,
+            }
+
+            #[derive(Deserialize)]
+            struct Read {
+                $( $name: Option<Option<$component>>, )*
+                tail: Tail<Motion, Option<$late>>,
+            }
+
+            impl Serialize for Parameters {
+                fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+                    let tail = match (&self.motion, &self.$last) {
+                        (None, None) => Tail::None,
+                        (Some(motion), None) => Tail::Motion(motion),
+                        (None, Some(last)) => Tail::Last(last),
+                        (Some(motion), Some(last)) => Tail::Both(motion, last),
+                    };
+                    Written { $( $name: &self.$name, )* tail }.serialize(to)
+                }
+            }
+
+            impl<'de> Deserialize<'de> for Parameters {
+                fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                    let Read { $( $name, )* tail } = Read::deserialize(from)?;
+                    let (motion, $last) = match tail {
+                        Tail::None => (None, None),
+                        Tail::Motion(motion) => (Some(motion), None),
+                        Tail::Last(last) => (None, Some(last)),
+                        Tail::Both(motion, last) => (Some(motion), Some(last)),
+                    };
+                    Ok(Self { $( $name, )* $last, motion })
+                }
+            }
+        }
+
+        parameters! { all $( $name: $component, )* $last: $late, }
+    };
+    (all $($name:ident: $component:ty,)*) => {
 
         impl Parameters {
             /// Parameters of an entity as it is.

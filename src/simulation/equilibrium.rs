@@ -6,6 +6,7 @@ use crate::replay::Input;
 use crate::report::Report;
 use crate::settings::{LinearParams, OutOfRange};
 use crate::systems::StepContext;
+use crate::systems::forces::relaxation;
 use crate::systems::step::faults::is_finite;
 use crate::systems::step::phases::STATIC_PHASES;
 use crate::systems::step::run::{Excluded, Running};
@@ -29,10 +30,12 @@ impl Simulation {
     pub fn settle(&mut self, dt: f64, tolerance: f64) -> Result<&Report, SimulationError> {
         self.note(|| Input::Settle { dt, tolerance });
         self.find_equilibrium(dt, tolerance)?;
+        relaxation::end(&mut self.world, true);
         self.use_forces_up();
         Ok(&self.report)
     }
 
+    /// As [`settle`](Self::settle), but for the history of tissue that relaxes, which goes on when the tears at this equilibrium are made.
     pub(super) fn find_equilibrium(&mut self, dt: f64, tolerance: f64) -> Result<&Report, SimulationError> {
         if !(dt >= 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
@@ -92,6 +95,7 @@ impl Simulation {
             self.undo(&step);
             return Err(SimulationError::NoLinearAnswer { time: step.time, residual });
         }
+        relaxation::end(&mut self.world, true);
         self.report.time = step.time;
         self.note_contact_forces();
         self.use_forces_up();

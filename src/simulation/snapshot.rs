@@ -142,9 +142,8 @@ type Solvers = Option<(Factor, MixedSolver)>;
 
 /// The solvers of a body.
 fn solvers(saved: &Saved) -> Result<Solvers, SnapshotError> {
-    let Saved { body: Some(Body { name, .. }), factor: Some(factor), mixed: Some(mixed), .. } = saved else {
-        return Ok(None);
-    };
+    let Saved { body: Some(Body { name, .. }), factor: Some(factor), tail, .. } = saved else { return Ok(None) };
+    let Some(mixed) = &tail.mixed else { return Ok(None) };
     let (Some(vertices), Some(triangles), Some(topology)) = (&saved.vertices, &saved.triangles, &saved.topology) else {
         return Ok(None);
     };

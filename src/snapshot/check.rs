@@ -83,12 +83,20 @@ fn check_body(saved: &Saved) -> Result<Topology, SnapshotError> {
     saved.check(&Host::new(Some(vertices), Some((triangles, &topology)))).map_err(refused)?;
     validate(vertices, triangles, &topology).map_err(broken)?;
     let (Some(_), Some(_), Some(factor), Some(_), Some(_)) =
-        (&saved.increment, &saved.solve, &saved.factor, &saved.mixed, &saved.tear_log)
+        (&saved.increment, &saved.solve, &saved.factor, &saved.tail.mixed, &saved.tear_log)
     else {
         return Err(wrong("a part is missing that every body has"));
     };
     if !factor.is_sound() {
         return Err(wrong("its Cholesky factor is of no mesh"));
+    }
+    if saved.tail.relaxation.is_some() {
+        let is_known = saved.tail.creep.iter().all(|list| {
+            list.len() == triangles.len() && list.iter().all(|strain| strain.to_array().iter().all(|x| x.is_finite()))
+        });
+        if !is_known {
+            return Err(wrong("the history of its relaxation is none of its triangles"));
+        }
     }
     // One that sleeps keeps its decisions, of which no step asks anew.
     let asks = |decision: &TearDecision| !(decision.value <= 1.0);

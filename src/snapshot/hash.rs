@@ -16,7 +16,7 @@ use xxhash_rust::xxh3::Xxh3;
 /// - its place in that order;
 /// - number of vertices, their keys, positions, velocities, rest positions, masses;
 /// - number of triangles, their keys, corners, fibres, elastic constants, thicknesses, densities, and pre-stretches, strengths and
-///   toughnesses where some are not the body's own;
+///   toughnesses where some are not the body's own, and the history of its relaxation where it relaxes;
 /// - number of tips, their keys, vertices, last directions, ideal points, criterion values, falls of G/G_c, marks;
 /// - for every grip the number of held vertices, their rows and their places in the jaws, and the jaws' target and its pace where it is behind
 ///   the hand;
@@ -67,6 +67,9 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
         if triangles.pre_stretch.iter().any(|&strain| strain != Sym2::ZERO) {
             let strains = triangles.pre_stretch.iter().flat_map(|strain| [strain.xx, strain.yy, strain.xy]);
             strains.for_each(|value| hash.real(value));
+        }
+        if let Some(relaxing) = &triangles.relaxing {
+            relaxing.creep.iter().flatten().flat_map(|strain| strain.to_array()).for_each(|value| hash.real(value));
         }
         for factors in [&triangles.strength, &triangles.toughness] {
             if factors.iter().any(|&factor| factor != 1.0) {

@@ -25,6 +25,7 @@ mod saved;
 pub(crate) mod settings;
 #[cfg(feature = "snapshot")]
 mod solve;
+mod tail;
 
 #[cfg(feature = "snapshot")]
 pub(crate) use check::check_spawned;

@@ -1,5 +1,6 @@
 //! One entity as a snapshot keeps it: the components that the registry lists as saved, and the solvers' memory.
 
+use super::tail::Tail;
 #[cfg(feature = "snapshot")]
 use crate::components::check::{Check, Host};
 use crate::components::*;
@@ -9,8 +10,9 @@ use crate::registry::check_rules;
 use crate::registry::{Look, components};
 use crate::storage::{Mesh, Tips, Topology, Triangles, Vertices};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
+use crate::systems::forces::relaxation::rest;
 use crate::systems::fracture::{TearScratch, TipMemory};
-use crate::systems::solver::{Factor, FactorState, MixedSolver, MixedState};
+use crate::systems::solver::{Factor, FactorState, MixedSolver};
 use hecs::{Component, Entity, EntityBuilder, EntityRef, World};
 use std::any::{Any, TypeId};
 
@@ -20,6 +22,7 @@ macro_rules! saved {
     (
         parameter, saved, recorded { $($a:ident: $p:ty,)* }
         state, saved, recorded { $($b:ident: $q:ty,)* }
+        parameter, saved last, recorded { $last:ident: $late:ty, }
         parameter, saved { $($c:ident: $r:ty,)* }
         state, saved { $($d:ident: $s:ty,)* }
         state, saved, of the last step { $($e:ident: $t:ty,)* }
@@ -31,9 +34,15 @@ macro_rules! saved {
             kept { $($a: $p,)* $($b: $q,)* $($c: $r,)* $($d: $s,)* $($e: $t,)* }
             derived { $($derived)* }
             in part { $($solver,)* $($other,)* }
+            last { $last: $late }
         }
     };
-    (kept { $($name:ident: $kept:ty,)* } derived { $($flag:ident: $derived:ty,)* } in part { $($part:ty,)* }) => {
+    (
+        kept { $($name:ident: $kept:ty,)* }
+        derived { $($flag:ident: $derived:ty,)* }
+        in part { $($part:ty,)* }
+        last { $last:ident: $late:ty }
+    ) => {
         /// A body, an obstacle or a tool with all its components.
         #[derive(Clone)]
         #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -50,7 +59,8 @@ macro_rules! saved {
             pub solve: Option<(SolveResult, GuardLedger)>,
             #[cfg_attr(feature = "snapshot", serde(with = "super::factor"))]
             pub factor: Option<FactorState>,
-            pub mixed: Option<MixedState>,
+            /// Memory of the solvers in mixed precision, and components that stand last.
+            pub tail: Tail,
         }
 
         impl Saved {
@@ -70,7 +80,17 @@ macro_rules! saved {
                         .zip(entity.get::<&GuardLedger>())
                         .map(|(result, ledger)| ((*result).clone(), (*ledger).clone())),
                     factor: entity.get::<&Factor>().map(|factor| factor.state()),
-                    mixed: entity.get::<&MixedSolver>().zip(triangles).map(|(mixed, triangles)| mixed.state(&triangles)),
+                    tail: Tail {
+                        creep: triangles
+                            .as_ref()
+                            .and_then(|triangles| triangles.relaxing.as_ref())
+                            .map_or(Vec::new(), |relaxing| relaxing.creep.clone()),
+                        $last: entity.get::<&$late>().map(|component| (*component).clone()),
+                        mixed: entity
+                            .get::<&MixedSolver>()
+                            .zip(triangles)
+                            .map(|(mixed, triangles)| mixed.state(&triangles)),
+                    },
                 })
             }
 
@@ -80,6 +100,9 @@ macro_rules! saved {
                 $( if let Some(component) = &self.$name {
                     Check::check(component, host)?;
                 } )*
+                if let Some(component) = &self.tail.$last {
+                    Check::check(component, host)?;
+                }
                 check_rules(self)
             }
 
@@ -91,7 +114,11 @@ macro_rules! saved {
                 {
                     make_room(Mesh { vertices, triangles, topology });
                 }
+                self.relax();
                 let mut builder = EntityBuilder::new();
+                if let Some(component) = self.tail.$last {
+                    builder.add(component);
+                }
                 $( if let Some(component) = self.$name { builder.add(component); } )*
                 $( if self.$flag { builder.add(<$derived>::default()); } )*
                 if self.has_folds {
@@ -114,6 +141,11 @@ macro_rules! saved {
                 {
                     return Some(look(component));
                 } )*
+                if let Some(component) = &self.tail.$last
+                    && let Some(component) = (component as &dyn Any).downcast_ref::<C>()
+                {
+                    return Some(look(component));
+                }
                 None
             }
         }
@@ -124,6 +156,7 @@ macro_rules! saved {
                 $( TypeId::of::<$kept>(), )*
                 $( TypeId::of::<$derived>(), )*
                 $( TypeId::of::<$part>(), )*
+                TypeId::of::<$late>(),
             ];
             known.contains(&id)
         }
@@ -137,9 +170,22 @@ macro_rules! saved {
             $( let _ = world.remove_one::<$kept>(entity); )*
             $( let _ = world.remove_one::<$derived>(entity); )*
             $( let _ = world.remove_one::<$part>(entity); )*
+            let _ = world.remove_one::<$late>(entity);
             true
         }
     };
+}
+
+impl Saved {
+    /// Gives the triangles of a body that relaxes their history.
+    fn relax(&mut self) {
+        let unstretched = PreStretch::unstretched(self.pre_stretch.as_ref());
+        let (Some(triangles), Some(relaxation)) = (&mut self.triangles, &self.tail.relaxation) else { return };
+        let mut relaxing = triangles.relaxing.take().unwrap_or_default();
+        relaxing.creep.clone_from(&self.tail.creep);
+        rest(&mut relaxing, triangles, relaxation, unstretched);
+        triangles.relaxing = Some(relaxing);
+    }
 }
 
 /// Whether an entity is a body, an obstacle or a tool.

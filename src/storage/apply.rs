@@ -30,6 +30,9 @@ impl Mesh<'_> {
     pub fn release(&mut self) {
         self.vertices.release();
         self.triangles.release();
+        if let Some(relaxing) = &mut self.triangles.relaxing {
+            relaxing.release();
+        }
     }
 
     /// The first broken invariant, if any.
@@ -81,6 +84,9 @@ pub fn undo(mesh: &mut Mesh<'_>, record: &EditRecord) -> Result<(), Refusal> {
     }
     for &(row, before) in &record.changed_vertices {
         mesh.vertices.set(row, before);
+    }
+    if let Some(relaxing) = &mut mesh.triangles.relaxing {
+        relaxing.undo(record);
     }
     mesh.topology.undo(record, Tables { vertices: mesh.vertices, triangles: mesh.triangles });
     debug_assert_eq!(mesh.validate(), Ok(()), "after undoing {:?}", record.edit);
@@ -146,6 +152,9 @@ fn commit(mesh: &mut Mesh<'_>, edit: &Edit, draft: &mut Draft) -> EditRecord {
             mesh.triangles.bury(triangle.row);
         }
         mesh.vertices.bury(removed.vertex);
+    }
+    if let Some(relaxing) = &mut mesh.triangles.relaxing {
+        relaxing.apply(&record);
     }
     mesh.topology.apply(&record, Tables { vertices: mesh.vertices, triangles: mesh.triangles });
     for vertex in touched.iter().filter_map(|&vertex| record.vertex_after(vertex)) {

@@ -25,6 +25,7 @@ mod mesh_error;
 mod order;
 mod outlook;
 mod record;
+mod relaxing;
 pub(crate) mod room;
 mod rows;
 mod table;
@@ -49,6 +50,9 @@ pub use outlook::{Outlook, outlook};
 pub use record::Parents;
 #[doc(hidden)]
 pub use record::{ChangedTriangle, EditRecord, Follow, NewTriangle, Removed, RemovedTriangle, Tables};
+pub(crate) use relaxing::MOST_BRANCHES;
+#[doc(hidden)]
+pub use relaxing::Relaxing;
 #[doc(hidden)]
 pub use rows::Rows;
 pub use tables::{TipKey, Tips, TriangleKey, Triangles, VertexKey, Vertices};

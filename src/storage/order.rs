@@ -59,6 +59,9 @@ impl Order {
 pub fn reorder(mesh: &mut Mesh<'_>, order: &Order) {
     mesh.vertices.permute(&order.vertices);
     mesh.triangles.permute(&order.triangles);
+    if let Some(relaxing) = &mut mesh.triangles.relaxing {
+        relaxing.sort(&order.triangles);
+    }
     for corner in mesh.triangles.corners.as_flattened_mut() {
         *corner = order.vertex(*corner);
     }

@@ -27,6 +27,7 @@ macro_rules! table {
         $(#[$table_doc:meta])*
         pub struct $table:ident, row $row:ident, key $key:ident {
             $( $(#[$column_doc:meta])* $column:ident: $list:ident<$type:ty>, )*
+            $( ..$(#[$beside_doc:meta])* $beside:ident: $beside_type:ty, )?
         }
     ) => {
         slotmap::new_key_type! {
@@ -46,6 +47,11 @@ macro_rules! table {
         pub struct $table {
             rows: crate::storage::Rows<$key>,
             $( $(#[$column_doc])* pub $column: $list<$type>, )*
+            $(
+                $(#[$beside_doc])*
+                #[cfg_attr(feature = "snapshot", serde(skip))]
+                pub(crate) $beside: $beside_type,
+            )?
         }
 
         impl $table {

@@ -2,7 +2,7 @@
 //! state that every step rewrites, then rest data that only a topology edit rewrites.
 
 use super::table::table;
-use super::{EditRecord, Uniform};
+use super::{EditRecord, Relaxing, Uniform};
 use crate::math::{Orthotropic, RestTriangle, Sym2};
 use glam::DVec3;
 
@@ -41,6 +41,9 @@ table! {
         strength: Uniform<f64>,
         /// Toughnesses over those of the body.
         toughness: Uniform<f64>,
+        ..
+        /// History of a body that relaxes; follows edits by itself.
+        relaxing: Option<Box<Relaxing>>,
     }
 }
 
@@ -95,12 +98,6 @@ impl Triangles {
             && fibre.is_uniform()
             && stiffness.is_uniform()
             && pre_stretch.is_uniform()
-    }
-
-    /// The stretch of a triangle that is free of stress, in a body whose own is `unstretched`.
-    #[inline]
-    pub fn unstretched(&self, triangle: usize, unstretched: Sym2) -> Sym2 {
-        unstretched - self.pre_stretch[triangle]
     }
 
     /// Whether some triangle has a pre-stretch beside the body's own.

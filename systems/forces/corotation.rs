@@ -56,14 +56,15 @@ fn evaluate_rotated(
 
 /// The triangles of a body for the kernel of their states.
 fn states_of<'a>(vertices: &'a Vertices, triangles: &'a Triangles, is_planar: bool, unstretched: Sym2) -> States<'a> {
+    let (unstretched, pre_stretch) = triangles.held(unstretched);
     States {
         corners: &triangles.corners,
         position: &vertices.position,
         rest: &triangles.rest,
-        stiffness: triangles.stiffness.by_row(),
+        stiffness: triangles.laws(),
         is_planar,
         unstretched,
-        pre_stretch: triangles.pre_stretch.by_row(),
+        pre_stretch,
         has_faded: AtomicBool::new(false),
     }
 }
@@ -104,8 +105,8 @@ fn stiffen(frames: &mut Frames, triangles: &Triangles, unstretched: Sym2, has_fa
     if fibres.is_none() && !has_faded {
         return;
     }
-    let material = &triangles.stiffness;
-    stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0, q26: 0.0 }));
+    let material = triangles.laws();
+    stiffened.extend((0..triangles.len()).map(|t| CoupledStiffness { law: material[t], q16: 0.0, q26: 0.0 }));
     let answer = |t: usize, stretch: Sym2, stress: &mut Sym2, stiffened: &mut CoupledStiffness| {
         let unstretched = triangles.unstretched(t, unstretched);
         if let Some(faded) = Faded::at(stretch, is_planar) {
@@ -133,13 +134,13 @@ fn stiffen(frames: &mut Frames, triangles: &Triangles, unstretched: Sym2, has_fa
 pub fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, tangent: Tangent, reserve: f64) {
     let Frames { solid, flat, geometric, in_plane, stiffened, .. } = frames;
     if tangent == Tangent::Rotated {
-        let stiffness = triangles.stiffness.by_row();
+        let stiffness = triangles.laws();
         parallel::for_chunks(in_plane, &Geometric { state: flat, start: 0, stiffness, reserve });
         return parallel::for_chunks(geometric, &Geometric { state: solid, start: 0, stiffness, reserve });
     }
     let majorant = |t: usize, stress, stretch| match (tangent, stiffened.get(t)) {
         (Tangent::Projected | Tangent::Weighted, None) => {
-            membrane::spin_majorant(stress, stretch, &triangles.stiffness[t], [0.0; 2])
+            membrane::spin_majorant(stress, stretch, triangles.law(t), [0.0; 2])
         }
         (Tangent::Projected | Tangent::Weighted, Some(CoupledStiffness { law, q16, q26 })) => {
             membrane::spin_majorant(stress, stretch, law, [*q16, *q26])

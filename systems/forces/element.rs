@@ -19,9 +19,10 @@ impl<'a> BodyLaw<'a> {
     /// A triangle with its law.
     pub fn element(self, triangles: &'a Triangles, t: usize) -> Element<'a> {
         let Self { is_planar, unstretched, fibres } = self;
-        let (rest, stiffness) = (&triangles.rest[t], &triangles.stiffness[t]);
-        let volume = rest.area * triangles.thickness[t];
-        Element { rest, stiffness, volume, is_planar, unstretched: triangles.unstretched(t, unstretched), fibres }
+        let (rest, stiffness) = (&triangles.rest[t], triangles.law(t));
+        let (volume, beside) = (rest.area * triangles.thickness[t], triangles.stored_beside(t));
+        let unstretched = triangles.unstretched(t, unstretched);
+        Element { rest, stiffness, volume, is_planar, unstretched, beside, fibres }
     }
 
     /// Energy \[mJ\] that a triangle stores in a state.

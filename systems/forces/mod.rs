@@ -9,4 +9,5 @@ pub mod gravity;
 pub mod hold;
 pub mod loads;
 pub mod pressure;
+pub mod relaxation;
 pub mod springs;

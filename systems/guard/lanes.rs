@@ -24,8 +24,8 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
         let Self { solved, state } = self;
         let operator = &solved.operator;
         let (vertices, triangles, frames) = (operator.vertices, operator.triangles, operator.frames);
-        let (thickness, stiffness) = (triangles.thickness.by_row(), triangles.stiffness.by_row());
-        let pre_stretch = triangles.pre_stretch.by_row();
+        let (thickness, stiffness) = (triangles.thickness.by_row(), triangles.laws());
+        let (unstretched, pre_stretch) = triangles.held(solved.law.unstretched);
         let (zero, half) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, 0.5));
         let (two, damped) = (Doubles::splat(lanes, 2.0), Doubles::splat(lanes, 1.0 + operator.viscosity));
         let is_damped_before = solved.is_damped_before;
@@ -46,7 +46,7 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
                 geometric[lane] = Doubles::new(lanes, [normal.xx, normal.yy, normal.xy, in_plane]);
                 volume[lane] = triangles.rest[t].area * thickness[t];
                 of_lanes[lane] = &state[t];
-                let own = solved.law.unstretched - pre_stretch[t];
+                let own = unstretched - pre_stretch[t];
                 (free[0][lane], free[1][lane], free[2][lane]) = (own.xx, own.yy, own.xy);
             }
             let free = doubles(lanes, &free);

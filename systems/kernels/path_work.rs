@@ -34,6 +34,8 @@ pub struct Element<'a> {
     pub is_planar: bool,
     /// Stretch that is free of stress.
     pub unstretched: Sym2,
+    /// Energy per volume \[mJ/mm³\] beside that of the strain.
+    pub beside: f64,
     /// Law of the fibres, if the body has one.
     pub fibres: Option<&'a FibreLaw>,
 }
@@ -54,7 +56,7 @@ impl Element<'_> {
     /// Energy per volume of the rest shape W \[mJ/mm³\] in a state of this triangle, whose stress T is ∂W/∂U.
     pub fn density(&self, state: &ElementState) -> f64 {
         let law = (self.is_planar, self.unstretched, self.fibres);
-        0.5 * membrane::twice_energy(state, self.stiffness, law)
+        0.5 * membrane::twice_energy(state, self.stiffness, law) + self.beside
     }
 
     /// −force · `u` with corners at `x` \[mJ\]: the derivative of the energy along `u`.
@@ -97,8 +99,8 @@ mod tests {
         let u = [DVec3::new(0.05, -0.1, 0.2), DVec3::new(0.3, 0.1, 0.0), DVec3::new(-0.1, 0.2, 0.1)];
         let stiffening = FibreLaw::Stiffening(StiffeningFibres { k1: 5.0, k2: 8.0 });
         for fibres in [None, Some(&stiffening)] {
-            let element =
-                Element { rest: &rest, stiffness: &stiffness, volume: 0.1, is_planar: false, unstretched, fibres };
+            let (rest, stiffness) = (&rest, &stiffness);
+            let element = Element { rest, stiffness, volume: 0.1, is_planar: false, unstretched, beside: 0.0, fibres };
             let risen = element.energy(std::array::from_fn(|i| corners[i] + u[i])) - element.energy(corners);
             let work = element.work(corners, u);
             // A stretch by 30 % with a turn of 0.2 rad: Gauss's rule is off in the tenth power of a fraction of that.

@@ -91,7 +91,7 @@ impl Operator<'_> {
     #[inline(never)]
     pub fn weighted_element(&self, t: usize) -> ElementTangent<'_> {
         let element = self.plain_element(t);
-        let (ElementState { polar, stress }, law) = (element.state, &self.triangles.stiffness[t]);
+        let (ElementState { polar, stress }, law) = (element.state, self.triangles.law(t));
         let turning = turning_weight(stress, law);
         let slack = 1.0 - turning;
         let shear = if slack > 0.0 {
@@ -128,7 +128,7 @@ impl Operator<'_> {
     pub fn rotated_element(&self, t: usize) -> ElementTangent<'_> {
         let element = self.plain_element(t);
         let state = element.state;
-        let law = &self.triangles.stiffness[t];
+        let law = self.triangles.law(t);
         let shear = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
         ElementTangent { normal: element.normal.positive_part(), shear, spin: 0.0, turning: 0.0, ..element }
     }
@@ -140,7 +140,8 @@ impl Operator<'_> {
         let majorant = |(state, law): (ElementState, &Orthotropic)| {
             shear_majorant(state.stress, state.polar.stretch, law, reserve)
         };
-        let majorants = self.frames.states().zip(self.triangles.stiffness.iter()).map(majorant);
+        let laws = (0..self.triangles.len()).map(|t| self.triangles.law(t));
+        let majorants = self.frames.states().zip(laws).map(majorant);
         if frames.is_planar() {
             frames.in_plane.clear();
             frames.in_plane.extend(majorants);

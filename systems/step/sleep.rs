@@ -151,6 +151,10 @@ fn has_moved(obstacles: &[Obstacle], state: &SleepState) -> bool {
 /// Whether the body has been quiet for long enough. One that moves is found out by its first triangles.
 fn is_ready(sleeping: &mut Sleeping, body: &Body, step: &StepContext) -> bool {
     let ((vertices, triangles, _), (_, _, external, _), (increment, .., scratch)) = body;
+    if triangles.relaxing.as_ref().is_some_and(|relaxing| relaxing.largest_spring() > sleeping.strain) {
+        // The stress falls where nothing moves.
+        return false;
+    }
     if scratch.contact.has_neighbours || external.as_ref().is_some_and(|external| !external.coupled.rigid.is_empty()) {
         // A rigid obstacle, or another body, that lies on a body would fall while that sleeps.
         return false;

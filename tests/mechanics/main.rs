@@ -11,6 +11,7 @@ mod found_by_stress;
 mod guides;
 mod holzapfel_gasser_ogden;
 mod noise;
+mod relaxation;
 mod rest_and_release;
 mod solved_further;
 mod stiffening_fibres;

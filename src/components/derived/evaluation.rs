@@ -74,7 +74,7 @@ impl Frames {
     /// Stiffness \[MPa\] of a triangle at its state: that of the material unless it stiffens.
     #[inline(always)]
     pub fn stiffness<'a>(&'a self, triangles: &'a Triangles, t: usize) -> &'a Orthotropic {
-        self.stiffened.get(t).map_or_else(|| &triangles.stiffness[t], |stiffened| &stiffened.law)
+        self.stiffened.get(t).map_or_else(|| triangles.law(t), |stiffened| &stiffened.law)
     }
 
     /// Shear couplings Q16 and Q26 \[MPa\] of a triangle at its state; zero without a fibre law.

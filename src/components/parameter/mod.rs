@@ -18,6 +18,7 @@ pub(super) mod material;
 pub(super) mod obstacle;
 pub(super) mod obstacle_check;
 pub(super) mod refinement;
+pub(super) mod relaxation;
 #[cfg(feature = "snapshot")]
 mod saved_anchor;
 #[cfg(feature = "snapshot")]

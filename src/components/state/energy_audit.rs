@@ -1,7 +1,7 @@
 //! Where the energy of a body goes.
 //!
 //! Over every step, with the step's displacement u, the discrete equation times u reads
-//! work = Δelastic + Δkinetic + damping + drag + numerical + residual + unbalanced + released,
+//! work = Δelastic + Δkinetic + damping + relaxation + drag + numerical + residual + unbalanced + released,
 //! and between steps edits at unchanged positions add `edits`. Each term is summed from its own formula, none is the remainder of
 //! the others: the imbalance that remains tells of a wrong force, tangent, reaction or edit.
 
@@ -30,7 +30,6 @@ impl std::ops::Sub for Energies {
 
 /// Energy that a body has received, given away and stored since its audit began, all \[mJ\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyBalance {
     /// Work of the holds on the body: reaction · prescribed displacement.
     pub work_of_holds: f64,
@@ -47,6 +46,8 @@ pub struct EnergyBalance {
     /// Dissipated by strain-rate damping along the step's straight way: dt·v·C·v, ≥ 0. In a long step it may exceed the available
     /// energy; the numerical elastic term then gives the excess back.
     pub damping: f64,
+    /// Dissipated by the dashpots of [`Relaxation`](crate::components::Relaxation), ≥ 0. Energy that their springs store is elastic energy.
+    pub relaxation: f64,
     /// Dissipated by drag, ≥ 0.
     pub drag: f64,
     /// Taken by the scheme from the elastic energy, or given back where negative: (its force − the true one along the step) · displacement.
@@ -90,9 +91,9 @@ impl EnergyBalance {
         if largest > 0.0 { term.abs() / largest } else { 0.0 }
     }
 
-    /// Dissipated energy \[mJ\]: damping, drag and the scheme's share together. Steps are checked that it does not fall.
+    /// Dissipated energy \[mJ\]: damping, relaxation, drag and the scheme's share together. Steps are checked that it does not fall.
     pub fn dissipated(&self) -> f64 {
-        self.damping + self.drag + self.numerical()
+        self.damping + self.relaxation + self.drag + self.numerical()
     }
 
     /// The scheme's share \[mJ\]: negative where damping took more than its linearised step had, and the scheme gave that back.
@@ -105,11 +106,12 @@ impl EnergyBalance {
     pub fn imbalance(&self) -> f64 {
         let came = self.work() + self.edits.elastic + self.edits.kinetic;
         let kept = self.stored.elastic + self.stored.kinetic;
-        came - kept - self.damping - self.drag - self.numerical() - self.residual - self.unbalanced - self.released
+        let lost = self.damping + self.relaxation;
+        came - kept - lost - self.drag - self.numerical() - self.residual - self.unbalanced - self.released
     }
 
     /// All terms with their names, as they stand in files, and the imbalance \[mJ\].
-    pub fn terms(&self) -> [(&'static str, f64); 14] {
+    pub fn terms(&self) -> [(&'static str, f64); 15] {
         [
             ("work_of_holds", self.work_of_holds),
             ("work_of_jaws", self.work_of_jaws),
@@ -118,6 +120,7 @@ impl EnergyBalance {
             ("elastic_change", self.stored.elastic),
             ("kinetic_change", self.stored.kinetic),
             ("damping", self.damping),
+            ("relaxation", self.relaxation),
             ("drag", self.drag),
             ("numerical_elastic", self.numerical_elastic),
             ("numerical_kinetic", self.numerical_kinetic),
@@ -150,6 +153,7 @@ impl EnergyBalance {
             (&mut self.stored.elastic, other.stored.elastic),
             (&mut self.stored.kinetic, other.stored.kinetic),
             (&mut self.damping, other.damping),
+            (&mut self.relaxation, other.relaxation),
             (&mut self.drag, other.drag),
             (&mut self.numerical_elastic, other.numerical_elastic),
             (&mut self.numerical_kinetic, other.numerical_kinetic),

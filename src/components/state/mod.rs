@@ -12,6 +12,8 @@ pub(super) mod obstacle_motion;
 pub(super) mod refined;
 pub(super) mod rigid;
 #[cfg(feature = "snapshot")]
+mod saved_balance;
+#[cfg(feature = "snapshot")]
 mod saved_pinch;
 pub(super) mod sleep_state;
 pub(super) mod solve_result;

@@ -322,6 +322,7 @@ struct Pack {
     rest: Vec<RestTriangle>,
     stiffness: Vec<Orthotropic>,
     pre_stretch: Vec<Sym2>,
+    beside: Vec<f64>,
     thickness: Vec<f64>,
     state: Vec<ElementState>,
     forces: Vec<[DVec3; 3]>,
@@ -333,6 +334,7 @@ impl Pack {
         self.rest.reserve(PACK);
         self.stiffness.reserve(PACK);
         self.pre_stretch.reserve(PACK);
+        self.beside.reserve(PACK);
         self.thickness.reserve(PACK);
         self.state.reserve(PACK);
         self.forces.reserve(PACK);
@@ -340,23 +342,27 @@ impl Pack {
 
     /// Strains the triangles of some members.
     fn fill(&mut self, members: &[Member], surface: &Surface) {
-        let Self { corners, rest, stiffness, pre_stretch, thickness, state, forces } = self;
+        let Self { corners, rest, stiffness, pre_stretch, beside, thickness, state, forces } = self;
         corners.clear();
         rest.clear();
         stiffness.clear();
         pre_stretch.clear();
+        beside.clear();
         thickness.clear();
+        let triangles = surface.triangles;
+        let (unstretched, held) = triangles.held(surface.unstretched);
         for member in members {
-            let (triangles, t) = (surface.triangles, member.triangle as usize);
+            let t = member.triangle as usize;
             corners.push(triangles.corners[t]);
             rest.push(triangles.rest[t]);
-            stiffness.push(triangles.stiffness[t]);
-            pre_stretch.push(triangles.pre_stretch[t]);
+            stiffness.push(*triangles.law(t));
+            pre_stretch.push(held[t]);
+            beside.push(triangles.stored_beside(t));
             thickness.push(triangles.thickness[t]);
         }
         state.resize(members.len(), ElementState::REST);
         forces.resize(members.len(), [DVec3::ZERO; 3]);
-        let (is_planar, unstretched, has_faded) = (surface.is_planar, surface.unstretched, AtomicBool::new(false));
+        let (is_planar, has_faded) = (surface.is_planar, AtomicBool::new(false));
         let (position, law) = (&surface.vertices.position, PerRow::each(stiffness));
         let own = PerRow::each(pre_stretch);
         let states =
@@ -377,10 +383,10 @@ impl Pack {
         let (rest, stiffness) = (&self.rest[place], &self.stiffness[place]);
         let x = self.corners[place].map(|v| surface.vertices.position[v as usize]);
         let (f1, f2) = membrane::gradient(x, rest);
-        let unstretched = surface.unstretched - self.pre_stretch[place];
+        let unstretched = surface.triangles.held(surface.unstretched).0 - self.pre_stretch[place];
         let law = (surface.is_planar, unstretched, surface.fibres.as_ref());
         let twice = membrane::twice_energy(&self.state[place], stiffness, law);
-        let energy = 0.5 * twice * rest.area * self.thickness[place];
+        let energy = (0.5 * twice + self.beside[place]) * rest.area * self.thickness[place];
         let DVec2 { x: c, y: s } = member.fibre;
         let gradient = [f1 * c - f2 * s, f1 * s + f2 * c];
         (Strained { gradient, energy, forces: self.forces[place] }, rest.area)
@@ -391,7 +397,7 @@ impl Pack {
         let DVec2 { x: c, y: s } = member.fibre;
         let turned = |tensor: Sym2| tensor.in_axes(DVec2::new(c, -s), DVec2::new(s, c));
         let state = &self.state[place];
-        let free = surface.unstretched - self.pre_stretch[place];
+        let free = surface.triangles.held(surface.unstretched).0 - self.pre_stretch[place];
         let stretch = [state.polar.stretch, free].map(turned);
         MemberState { gradient: strained.gradient, stress: turned(state.stress), stretch }
     }

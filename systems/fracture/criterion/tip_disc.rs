@@ -143,7 +143,7 @@ impl Disc {
             for (member, u) in members.iter().zip(stretches(&gradients, is_planar)) {
                 let &Member { triangle, along, across, mixed } = member;
                 let (law, unstretched) =
-                    (&triangles.stiffness[triangle as usize], triangles.unstretched(triangle as usize, unstretched));
+                    (triangles.law(triangle as usize), triangles.unstretched(triangle as usize, unstretched));
                 let s = FibreLaw::stress(fibres.as_ref(), u, unstretched, (law.stress(u - unstretched), law));
                 let twice = 2.0 * mixed * s.xy;
                 sum += Sym2::new(

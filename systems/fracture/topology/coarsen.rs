@@ -112,8 +112,9 @@ impl Surface<'_> {
             let energy = |rest: &RestTriangle, now: [DVec3; 3]| {
                 let &Self { is_planar, unstretched, ref fibres, .. } = self;
                 let unstretched = self.triangles.unstretched(t as usize, unstretched);
-                let (stiffness, volume) = (&triangle.stiffness, rest.area * triangle.thickness);
-                Element { rest, stiffness, volume, is_planar, unstretched, fibres: fibres.as_ref() }.energy(now)
+                let (stiffness, volume) = (self.triangles.law(t as usize), rest.area * triangle.thickness);
+                let (beside, fibres) = (self.triangles.stored_beside(t as usize), fibres.as_ref());
+                Element { rest, stiffness, volume, is_planar, unstretched, beside, fibres }.energy(now)
             };
             before += energy(&triangle.rest, triangle.corners.map(|v| self.vertices.position[v as usize]));
             let stress = FAINT * strength;

@@ -13,9 +13,9 @@
 mod carried;
 
 use crate::components::{
-    Bending, Damping, Drag, Energies, EnergyAudit, Equilibrium, ExternalStiffness, FibreLaws, Forces, Frames, Grips,
-    Holds, Increment, Planar, PreStretch, Reactions, Refined, SolveResult, SolverScratch, TearDecisions, TearLog,
-    Tearing, fibre_law,
+    Bending, Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, FibreLaws, Forces,
+    Frames, Grips, Holds, Increment, Planar, PreStretch, Reactions, Refined, SolveResult, SolverScratch, TearDecisions,
+    TearLog, Tearing, fibre_law,
 };
 use crate::event::EventKind;
 use crate::math::FibreLaw;
@@ -23,6 +23,7 @@ use crate::storage::room::copy;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::DihedralAngles;
 use crate::systems::forces::element::BodyLaw;
+use crate::systems::forces::relaxation;
 use crate::systems::kernels::path_work::Element;
 use crate::systems::{StepContext, parallel};
 use carried::Carried;
@@ -186,6 +187,8 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
             audit.void_step();
         }
         count += 1;
+        let is_planar = strained.0.is_some();
+        let relaxation = relaxation::dissipated(&vertices.position, triangles, is_planar, &mut Vec::new());
         let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
         let viscosity = damping.map_or(0.0, |d| d.time) * step.inv_effective_dt();
         let body = Carried {
@@ -207,12 +210,13 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         if step.is_static && step.newton_iterations > 1 {
             let sums = body.sums(audit, true, |t, x, u, _| body.between_ends(t, x, u));
             let is_relaxation = audit.equilibrium.is_some_and(|last| last.time == step.time);
-            *audit.step = body.static_terms(audit, &sums, is_relaxation);
+            let terms = body.static_terms(audit, &sums, is_relaxation);
+            *audit.step = EnergyBalance { relaxation, ..terms };
             note_equilibrium(audit, log, step, result.has_converged);
         } else {
             let sums = body.sums(audit, false, |t, _, u, change| body.linearised(t, u, change));
             let terms = body.dynamic_terms(audit, &sums, step);
-            audit.note_step(terms);
+            audit.note_step(EnergyBalance { relaxation, ..terms });
             audit.equilibrium = None;
         }
     }

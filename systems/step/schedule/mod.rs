@@ -81,6 +81,7 @@ pub const STEP: &[System] = &[
     system("refine further", Stage::Resume, systems::fracture::topology::refine::refine),
     system("energy audit: refined further", Stage::Resume, systems::guard::audit::edits),
     system("resume", Stage::Resume, systems::step::integrate::resume),
+    system("relaxation", Stage::Evaluate, systems::forces::relaxation::relaxation),
     system("corotation", Stage::Evaluate, systems::forces::corotation::corotation),
     system("assembly", Stage::Evaluate, systems::forces::assembly::assembly),
     system("bending", Stage::Evaluate, systems::bending::bending),

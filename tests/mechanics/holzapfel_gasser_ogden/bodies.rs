@@ -61,6 +61,7 @@ fn the_density_of_a_triangle_has_the_first_piola_kirchhoff_stress_as_its_derivat
         volume: 0.2,
         is_planar: false,
         unstretched,
+        beside: 0.0,
         fibres: fibres.as_ref(),
     };
     let x = [DVec3::new(0.1, 0.0, 0.2), DVec3::new(1.12, 0.1, 0.1), DVec3::new(0.4, 0.86, -0.1)];

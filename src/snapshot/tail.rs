@@ -1,0 +1,60 @@
+//! The end of an entity's bytes: the solver's memory and, of a body that relaxes, relaxation and history. Bytes without are those of older
+//! versions, which knew none.
+
+use crate::components::Relaxation;
+use crate::math::Sym2;
+use crate::systems::solver::MixedState;
+#[cfg(feature = "snapshot")]
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Components that stand last.
+#[derive(Clone, Default)]
+pub(crate) struct Tail {
+    /// Memory of the solvers in mixed precision.
+    pub mixed: Option<MixedState>,
+    /// Relaxation of a body that relaxes.
+    pub relaxation: Option<Relaxation>,
+    /// History of its branches: strains per triangle.
+    pub creep: Vec<Vec<Sym2>>,
+}
+
+/// Form of bytes that are written. The first two are those of an option.
+#[cfg(feature = "snapshot")]
+#[derive(Serialize)]
+enum Written<'a> {
+    None,
+    Elastic(&'a MixedState),
+    Relaxing(&'a Option<MixedState>, &'a Relaxation, &'a [Vec<Sym2>]),
+}
+
+/// Form of bytes that are read.
+#[cfg(feature = "snapshot")]
+#[derive(Deserialize)]
+enum Read {
+    None,
+    Elastic(MixedState),
+    Relaxing(Option<MixedState>, Relaxation, Vec<Vec<Sym2>>),
+}
+
+#[cfg(feature = "snapshot")]
+impl Serialize for Tail {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self { mixed, relaxation: Some(relaxation), creep } => Written::Relaxing(mixed, relaxation, creep),
+            Self { mixed: Some(mixed), .. } => Written::Elastic(mixed),
+            Self { mixed: None, .. } => Written::None,
+        }
+        .serialize(to)
+    }
+}
+
+#[cfg(feature = "snapshot")]
+impl<'de> Deserialize<'de> for Tail {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        Ok(match Read::deserialize(from)? {
+            Read::None => Self::default(),
+            Read::Elastic(mixed) => Self { mixed: Some(mixed), ..Self::default() },
+            Read::Relaxing(mixed, relaxation, creep) => Self { mixed, relaxation: Some(relaxation), creep },
+        })
+    }
+}
