@@ -100,6 +100,7 @@ mod readme {}
 // Of two definitions of a link the first counts: here the module, in the file the chapter beside it.
 /// [elasticity]: crate::theory::elasticity
 /// [fibres]: crate::theory::fibres
+/// [relaxation]: crate::theory::relaxation
 /// [bending]: crate::theory::bending
 /// [contact]: crate::theory::contact
 /// [integration]: crate::theory::integration
@@ -119,6 +120,10 @@ pub mod theory {
     pub mod elasticity {}
     #[doc = include_str!("../docs/theory/fibres.md")]
     pub mod fibres {}
+    /// [balance]: crate::theory::energy#energy-balance
+    /// [sleep]: crate::theory::sleep
+    #[doc = include_str!("../docs/theory/relaxation.md")]
+    pub mod relaxation {}
     #[doc = include_str!("../docs/theory/bending.md")]
     pub mod bending {}
     #[doc = include_str!("../docs/theory/contact.md")]

@@ -55,7 +55,7 @@ pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 #[doc(hidden)]
 pub use per_row::PerRow;
 #[doc(hidden)]
-pub use relaxation::{Branch, Decay, Incremental, tangent};
+pub use relaxation::{Branch, Decay, FreeShape, stored_beside, tangent};
 #[doc(hidden)]
 pub use stiffening_fibres::{FibreResponse, StiffeningFibres};
 pub use sym2::Sym2;

@@ -60,40 +60,38 @@ pub fn tangent(decays: &[Decay]) -> f64 {
     lasting(decays) + decays.iter().map(|decay| decay.part * decay.taken).sum::<f64>()
 }
 
-/// Elastic law of one triangle over a span: its stress is `tangent`·C:(U − free), and its energy per volume
-/// ½·(U − free):`tangent`·C:(U − free) + `beside`, which at the start of the span is the stored energy.
+/// Weights of the stretch that is free of stress over a span, in which a triangle is elastic with the stiffness [`tangent`]·C.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Incremental {
-    /// Stretch that is free of stress.
-    pub free: Sym2,
-    /// Energy per volume \[mJ/mm³\] beside that of the strain.
-    pub beside: f64,
+pub struct FreeShape {
+    /// Weight of the strain at the start of the span; zero where no time passes.
+    pub start: f64,
+    /// Weight of the strain at which the lasting spring is free of stress.
+    pub lasting: f64,
+    /// Factor on part and kept share of a branch, the weight of the strain at which its spring is.
+    pub branch: f64,
 }
 
-impl Incremental {
-    /// From the stretch at the start of the span, the stretch at which the lasting spring is free of stress, and those of the branches less
-    /// the identity.
-    #[inline]
-    pub fn new(
-        law: &Orthotropic,
-        decays: &[Decay],
-        (start, lasting_free): (Sym2, Sym2),
-        creep: impl Fn(usize) -> Sym2,
-    ) -> Self {
+impl FreeShape {
+    /// Of branches over a span.
+    pub fn of(decays: &[Decay]) -> Self {
         let (lasting, tangent) = (lasting(decays), tangent(decays));
-        let strain = start - Sym2::IDENTITY;
-        let square = |strain: Sym2| law.stress(strain).contract(strain);
-        let long = start - lasting_free;
-        let (mut stress, mut twice) = (long * lasting, lasting * square(long));
-        for (i, decay) in decays.iter().enumerate() {
-            let spring = strain - creep(i);
-            stress = stress + spring * (decay.part * decay.kept);
-            twice += decay.part * square(spring);
-        }
-        // Strain of one spring of stiffness `tangent` that has the stress of all where nothing grows.
-        let whole = stress * (1.0 / tangent);
-        Self { free: start - whole, beside: 0.5 * (twice - tangent * square(whole)) }
+        let grown: f64 = decays.iter().map(|decay| decay.part * (decay.taken - decay.kept)).sum();
+        Self { start: grown / tangent, lasting: lasting / tangent, branch: 1.0 / tangent }
     }
+}
+
+/// Energy per volume \[mJ/mm³\] that a triangle with the instantaneous `law` stores at the start of a span, less that of the strain from the stretch
+/// `free` by the stiffness [`tangent`]·C: constant over the span. `lasting_free` is the stretch at which the lasting spring is free of stress.
+pub fn stored_beside(
+    law: &Orthotropic,
+    decays: &[Decay],
+    [start, lasting_free, free]: [Sym2; 3],
+    creep: impl Fn(usize) -> Sym2,
+) -> f64 {
+    let square = |strain: Sym2| law.stress(strain).contract(strain);
+    let of_branch = |(i, decay): (usize, &Decay)| decay.part * square(start - Sym2::IDENTITY - creep(i));
+    let springs = decays.iter().enumerate().map(of_branch).sum::<f64>();
+    0.5 * (lasting(decays) * square(start - lasting_free) + springs - tangent(decays) * square(start - free))
 }
 
 #[cfg(test)]
@@ -109,18 +107,21 @@ mod tests {
         let free = Sym2::new(0.98, 0.99, 0.01);
         for span in [0.0, 1e-6, 1.0, 30.0, 1e4] {
             let decays = branches.map(|branch| branch.over(span));
-            let found = Incremental::new(&law, &decays, (start, free), |i| creep[i]);
-            let scale = tangent(&decays);
+            let (scale, weights) = (tangent(&decays), FreeShape::of(&decays));
+            let blend = (start - Sym2::IDENTITY) * weights.start + (free - Sym2::IDENTITY) * weights.lasting;
+            let of_branch = |i: usize| creep[i] * (weights.branch * decays[i].part * decays[i].kept);
+            let found = Sym2::IDENTITY + blend + of_branch(0) + of_branch(1);
+            let beside = stored_beside(&law, &decays, [start, free, found], |i| creep[i]);
             let spring = |i: usize| start - Sym2::IDENTITY - creep[i];
             let after = |i: usize| decays[i].spring(spring(i), end - start);
             let long = 1.0 - 0.7;
             let sum = (end - free) * long + after(0) * 0.4 + after(1) * 0.3;
-            let off = law.stress((end - found.free) * scale) - law.stress(sum);
+            let off = law.stress((end - found) * scale) - law.stress(sum);
             assert!(off.contract(off).sqrt() < 1e-13, "{off:?}");
             // Work of the law over the span is stored or dissipated.
             let square = |strain: Sym2| 0.5 * law.stress(strain).contract(strain);
             let stored = |u: Sym2, q: [Sym2; 2]| long * square(u - free) + 0.4 * square(q[0]) + 0.3 * square(q[1]);
-            let energy = |u: Sym2| scale * square(u - found.free) + found.beside;
+            let energy = |u: Sym2| scale * square(u - found) + beside;
             assert!((energy(start) - stored(start, [spring(0), spring(1)])).abs() < 1e-14);
             let lost: f64 = (0..2).map(|i| decays[i].dissipated(&law, spring(i), end - start)).sum();
             let left = stored(end, [after(0), after(1)]);

@@ -1,7 +1,8 @@
 //! The history of triangles that relax, and the elastic law that follows from it for a span of time.
 
 use super::{EditRecord, Uniform, order};
-use crate::math::{Decay, Orthotropic, PerRow, Sym2};
+use crate::math::{Decay, Orthotropic, PerRow, Sym2, stored_beside};
+use glam::DVec3;
 use smallvec::SmallVec;
 
 /// Most branches that a body may have.
@@ -16,10 +17,12 @@ pub struct Relaxing {
     pub start: Vec<Sym2>,
     /// Stretch at the end of the step.
     pub end: Vec<Sym2>,
+    /// Positions \[mm\] to which that belongs: a body that nobody has moved since starts from there. Empty after an edit.
+    pub ended: Vec<DVec3>,
     /// Identity less the stretch that is free of stress in the present span.
     pub held: Vec<Sym2>,
-    /// Energy per volume \[mJ/mm³\] beside that of the strain from there.
-    pub beside: Vec<f64>,
+    /// Stretch of the body at which the lasting springs are free of stress, but for the pre-stretch of each triangle.
+    pub unstretched: Sym2,
     /// Elastic constants \[MPa\] within a step; those of the material between steps.
     pub law: Option<Uniform<Orthotropic>>,
     /// Branches over the present span.
@@ -36,7 +39,6 @@ struct Row {
     creep: SmallVec<[Sym2; MOST_BRANCHES]>,
     start: Sym2,
     held: Sym2,
-    beside: f64,
     law: Option<Orthotropic>,
 }
 
@@ -48,7 +50,6 @@ impl Relaxing {
         self.start.resize(triangles, Sym2::IDENTITY);
         self.end.resize(triangles, Sym2::IDENTITY);
         self.held.resize(triangles, Sym2::ZERO);
-        self.beside.resize(triangles, 0.0);
     }
 
     /// Largest strain of a spring at the start of the step.
@@ -62,7 +63,7 @@ impl Relaxing {
 
     /// Follows an edit: a triangle that is cut off another has the history of that one.
     pub(super) fn apply(&mut self, record: &EditRecord) {
-        self.span = None;
+        self.forget();
         for new in &record.new_triangles {
             let row = self.row(new.parent as usize);
             self.push(row);
@@ -76,7 +77,7 @@ impl Relaxing {
 
     /// Takes the last edit back.
     pub(super) fn undo(&mut self, record: &EditRecord) {
-        self.span = None;
+        self.forget();
         for _ in &record.new_triangles {
             self.swap_remove(self.held.len() - 1);
         }
@@ -94,11 +95,15 @@ impl Relaxing {
 
     /// Brings the rows into another order, which has the old row of every new one.
     pub(super) fn sort(&mut self, rows: &[u32]) {
-        self.span = None;
+        self.forget();
         let Self { creep, start, end, held, .. } = self;
         creep.iter_mut().chain([start, end, held]).for_each(|list| order::sort(rows, list));
-        order::sort(rows, &mut self.beside);
         self.law = None;
+    }
+
+    fn forget(&mut self) {
+        self.span = None;
+        self.ended.clear();
     }
 
     fn row(&self, t: usize) -> Row {
@@ -106,17 +111,15 @@ impl Relaxing {
             creep: self.creep.iter().map(|list| list[t]).collect(),
             start: self.start[t],
             held: self.held[t],
-            beside: self.beside[t],
             law: self.law.as_ref().map(|law| law[t]),
         }
     }
 
-    fn push(&mut self, Row { creep, start, held, beside, law }: Row) {
+    fn push(&mut self, Row { creep, start, held, law }: Row) {
         self.creep.iter_mut().zip(creep).for_each(|(list, own)| list.push(own));
         self.start.push(start);
         self.end.push(start);
         self.held.push(held);
-        self.beside.push(beside);
         if let Some((list, own)) = self.law.as_mut().zip(law) {
             list.push(own);
         }
@@ -125,7 +128,6 @@ impl Relaxing {
     fn swap_remove(&mut self, t: usize) {
         let Self { creep, start, end, held, .. } = self;
         creep.iter_mut().chain([start, end, held]).for_each(|list| _ = list.swap_remove(t));
-        self.beside.swap_remove(t);
         if let Some(law) = &mut self.law {
             law.swap_remove(t);
         }
@@ -136,7 +138,6 @@ impl Relaxing {
         let last = self.held.len() - 1;
         let Self { creep, start, end, held, .. } = self;
         creep.iter_mut().chain([start, end, held]).for_each(|list| list.swap(t, last));
-        self.beside.swap(t, last);
         if let Some(law) = &mut self.law {
             law.swap(t, last);
         }
@@ -178,9 +179,15 @@ impl super::Triangles {
         }
     }
 
-    /// Energy per volume \[mJ/mm³\] that branches of a triangle store beside that of its strain.
+    /// Energy per volume \[mJ/mm³\] that branches of a triangle store beside that of its strain over the present step.
     #[inline]
     pub(crate) fn stored_beside(&self, triangle: usize) -> f64 {
-        self.relaxing.as_ref().map_or(0.0, |relaxing| relaxing.beside[triangle])
+        self.relaxing.as_ref().map_or(0.0, |relaxing| {
+            let Relaxing { creep, start, held, unstretched, law, decays, .. } = &**relaxing;
+            let start = if law.is_some() { start[triangle] } else { Sym2::IDENTITY };
+            let lasting = *unstretched - self.pre_stretch[triangle];
+            let stretches = [start, lasting, Sym2::IDENTITY - held[triangle]];
+            stored_beside(&self.stiffness[triangle], decays, stretches, |branch| creep[branch][triangle])
+        })
     }
 }

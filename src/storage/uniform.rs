@@ -110,6 +110,12 @@ impl<T> Uniform<T> {
         if row < self.len { self.values.get(row & self.mask) } else { None }
     }
 
+    /// A list of as many rows, each a function of that of this one.
+    pub(crate) fn map(&self, f: impl Fn(&T) -> T) -> Self {
+        let Self { values, mask, len, room } = self;
+        Self { values: values.iter().map(f).collect(), mask: *mask, len: *len, room: *room }
+    }
+
     /// The values by row, for a kernel.
     pub fn by_row(&self) -> PerRow<'_, T> {
         if self.mask == 0 { PerRow::uniform(&self.values) } else { PerRow::each(&self.values) }

@@ -5,7 +5,8 @@
 //! guards and criteria meet that triangle; only when a step stands does the history go on.
 
 use crate::components::{Increment, Planar, PreStretch, Relaxation, SolveResult};
-use crate::math::{Decay, Incremental, Orthotropic, Sym2, tangent};
+use crate::math::{Decay, FreeShape, Orthotropic, Sym2, tangent};
+use crate::storage::room::copy;
 use crate::storage::{Relaxing, Triangles, Vertices};
 use crate::systems::kernels::membrane;
 use crate::systems::kernels::polar::stretches;
@@ -32,7 +33,11 @@ pub fn relaxation(world: &mut World, step: &StepContext) -> usize {
             let mut relaxing = triangles.relaxing.take().unwrap_or_default();
             relaxing.fit(triangles.len(), relaxation.branches.len());
             let unstretched = PreStretch::unstretched(pre_stretch);
-            stretches_at(&increment.start, triangles, planar.is_some(), &mut relaxing.start);
+            if relaxing.ended == increment.start {
+                relaxing.start.copy_from_slice(&relaxing.end);
+            } else {
+                stretches_at(&increment.start, triangles, planar.is_some(), &mut relaxing.start);
+            }
             relaxing.decays = relaxation.branches.iter().map(|branch| branch.over(span)).collect();
             set_law(&mut relaxing, triangles, unstretched, false);
             let scale = tangent(&relaxing.decays);
@@ -42,7 +47,7 @@ pub fn relaxation(world: &mut World, step: &StepContext) -> usize {
                 q22: scale * law.q22,
                 q66: scale * law.q66,
             };
-            relaxing.law = Some(triangles.stiffness.iter().map(scaled).collect());
+            relaxing.law = Some(triangles.stiffness.map(scaled));
             relaxing.span = Some(span);
             triangles.relaxing = Some(relaxing);
         },
@@ -64,6 +69,7 @@ pub fn end(world: &mut World, is_accepted: bool) {
             // A body whose step has failed is put aside without the result.
             if is_accepted && result.is_some() {
                 stretches_at(&vertices.position, triangles, planar.is_some(), &mut relaxing.end);
+                copy(&mut relaxing.ended, &vertices.position, vertices.position.capacity());
                 go_on(&mut relaxing);
             }
             rest(&mut relaxing, triangles, relaxation, PreStretch::unstretched(pre_stretch));
@@ -95,43 +101,67 @@ pub fn dissipated(position: &[DVec3], triangles: &Triangles, is_planar: bool, pa
     parallel::sum(triangles.len(), partials, of_triangle)
 }
 
-/// The elastic law over the present span. That of no time does not depend on the stretch at its start: it is taken from the rest shape.
+/// The shape that is free of stress over the present span. That of no time does not depend on the stretch at its start.
 fn set_law(relaxing: &mut Relaxing, triangles: &Triangles, unstretched: Sym2, is_instant: bool) {
-    let Relaxing { creep, start, held, beside, decays, .. } = relaxing;
-    parallel::for_pairs(held, beside, |first, held, beside| {
-        for (i, (held, beside)) in held.iter_mut().zip(beside).enumerate() {
-            let t = first + i;
-            let from = if is_instant { Sym2::IDENTITY } else { start[t] };
-            let lasting = unstretched - triangles.pre_stretch[t];
-            let law = Incremental::new(&triangles.stiffness[t], decays, (from, lasting), |branch| creep[branch][t]);
-            (*held, *beside) = (Sym2::IDENTITY - law.free, law.beside);
-        }
-    });
+    relaxing.unstretched = unstretched;
+    let Relaxing { creep, start, held, decays, .. } = relaxing;
+    let (shape, pre_stretch) = (FreeShape::of(decays), triangles.pre_stretch.by_row());
+    let lasting = Sym2::IDENTITY - unstretched;
+    parallel::for_slices(
+        held,
+        #[inline(always)]
+        |first, held| {
+            for (i, held) in held.iter_mut().enumerate() {
+                *held = (lasting + pre_stretch[first + i]) * shape.lasting;
+            }
+            if !is_instant {
+                for (held, start) in held.iter_mut().zip(&start[first..]) {
+                    *held = *held + (Sym2::IDENTITY - *start) * shape.start;
+                }
+            }
+            for (creep, decay) in creep.iter().zip(&*decays) {
+                let weight = shape.branch * decay.part * decay.kept;
+                for (held, creep) in held.iter_mut().zip(&creep[first..]) {
+                    *held = *held - *creep * weight;
+                }
+            }
+        },
+    );
 }
 
 /// The history at the end of the present span.
 fn go_on(relaxing: &mut Relaxing) {
     let Relaxing { creep, start, end, decays, .. } = relaxing;
     for (creep, decay) in creep.iter_mut().zip(decays) {
-        parallel::for_rows(creep, |t, creep| {
-            let before = start[t] - Sym2::IDENTITY - *creep;
-            *creep = end[t] - Sym2::IDENTITY - decay.spring(before, end[t] - start[t]);
-        });
+        let decay = *decay;
+        parallel::for_slices(
+            creep,
+            #[inline(always)]
+            |first, creep| {
+                for ((creep, start), end) in creep.iter_mut().zip(&start[first..]).zip(&end[first..]) {
+                    let before = *start - Sym2::IDENTITY - *creep;
+                    *creep = *end - Sym2::IDENTITY - decay.spring(before, *end - *start);
+                }
+            },
+        );
     }
 }
 
 /// Stretch of every triangle with the vertices at these positions.
 fn stretches_at(position: &[DVec3], triangles: &Triangles, is_planar: bool, out: &mut [Sym2]) {
-    let gradient = |t: usize| {
-        let x = triangles.corners[t].map(|v| position[v as usize]);
-        membrane::gradient(x, &triangles.rest[t])
-    };
-    parallel::for_slices(out, |first, rows| {
-        for (group, out) in rows.chunks_mut(LANES).enumerate() {
-            let first = first + group * LANES;
-            let mut gradients = [(DVec3::X, DVec3::Y); LANES];
-            gradients.iter_mut().zip(first..first + out.len()).for_each(|(f, t)| *f = gradient(t));
-            out.iter_mut().zip(stretches(&gradients, is_planar)).for_each(|(out, stretch)| *out = stretch);
-        }
-    });
+    parallel::for_slices(
+        out,
+        #[inline(always)]
+        |first, rows| {
+            for (group, out) in rows.chunks_mut(LANES).enumerate() {
+                let first = first + group * LANES;
+                let mut gradients = [(DVec3::X, DVec3::Y); LANES];
+                for (f, t) in gradients.iter_mut().zip(first..first + out.len()) {
+                    let x = triangles.corners[t].map(|v| position[v as usize]);
+                    *f = membrane::gradient(x, &triangles.rest[t]);
+                }
+                out.iter_mut().zip(stretches(&gradients, is_planar)).for_each(|(out, stretch)| *out = stretch);
+            }
+        },
+    );
 }

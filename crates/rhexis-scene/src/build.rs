@@ -7,15 +7,16 @@ use super::files::Files;
 use super::mesh_file::MeshFile;
 use super::region::Surface;
 use super::schema::{
-    BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
-    TearModeSpec, TearRateSpec, TearingSpec, TimeCurve,
+    BodySpec, BranchSpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec,
+    SleepSpec, TearModeSpec, TearRateSpec, TearingSpec, TimeCurve,
 };
 use super::springs::{point_loads, springs};
 use super::{grasp, held, mesh_file, per_triangle, shape};
 use glam::DVec3;
 use rhexis::components::{
-    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Material, PointLoads,
-    PreStretch, Pressure, Refinement, SelfContact, Sleeping, TearMode, TearRate, Tearing, Toughness,
+    Bending, Branch, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Material,
+    PointLoads, PreStretch, Pressure, Refinement, Relaxation, SelfContact, Sleeping, TearMode, TearRate, Tearing,
+    Toughness,
 };
 use rhexis::membrane::{BodyError, Membrane};
 use std::collections::BTreeMap;
@@ -220,6 +221,20 @@ pub(super) fn direction(vector: DVec3, key: &str) -> Result<DVec3, Fault> {
     vector.try_normalize().ok_or_else(|| Fault::new(key, "it has no direction", "give a vector that is not zero"))
 }
 
+/// The branches by which a body relaxes.
+fn relaxation(specs: &[BranchSpec], key: &str) -> Result<Relaxation, Fault> {
+    let branch = |(i, spec): (usize, &BranchSpec)| {
+        let at = |name: &str| format!("{key}.relaxation.{i}.{name}");
+        Ok(Branch { part: positive(at("part"), spec.part, "")?, time: positive(at("time"), spec.time, "ms")? })
+    };
+    let relaxation = Relaxation { branches: specs.iter().enumerate().map(branch).collect::<Result<_, Fault>>()? };
+    if !(relaxation.lasting() > 0.0) {
+        let what = format!("the parts sum to {}, and no stiffness would last", 1.0 - relaxation.lasting());
+        return Err(Fault::new(format!("{key}.relaxation"), what, "lower the parts to a sum below 1"));
+    }
+    Ok(relaxation)
+}
+
 /// What acts on the body as a whole.
 fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Membrane, Fault> {
     let at = |name: &str| format!("{key}.{name}");
@@ -229,6 +244,9 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
     membrane = fibre_law(membrane, spec, key)?;
     if let Some(time) = spec.damping {
         membrane = membrane.with(Damping { time: not_negative(at("damping"), time, "ms")? });
+    }
+    if !spec.relaxation.is_empty() {
+        membrane = membrane.with(relaxation(&spec.relaxation, key)?);
     }
     if let Some(acceleration) = spec.gravity {
         membrane = membrane.with(Gravity { acceleration: acceleration.0 });

@@ -117,7 +117,7 @@ const INSTEAD: [(&str, &str); 17] = [
     ("pinned", "vertices are held by `[[bodies.holds]]`, with a `name` and a `region`"),
     ("every", "`frames_every` and `pictures_every` are times in ms, `frames` and `pictures` numbers over the run"),
     ("interval", "`frames_every` and `pictures_every` are times in ms, `frames` and `pictures` numbers over the run"),
-    ("prony", "stress relaxation is not there: `damping` is a strain-rate (Kelvin-Voigt) damping"),
+    ("prony", "stress relaxes by `relaxation = [{ part = …, time = … }]`, parts of the stiffness and times in ms"),
     ("volume", "a closed gas is not there: give `pressure` as a number or a curve over time [MPa]"),
     ("wind", "wind is not there: `drag` resists motion, `pressure` and `edge_loads` push"),
     ("break_force", "springs break at `break_traction`, a force per area [MPa]; a grip with `force_limit` lets go"),

@@ -117,7 +117,11 @@ fn a_ball_with_a_mass_lies_on_a_sheet() {
 fn what_there_is_not_is_refused_with_what_there_is() {
     for (body, more, what) in [
         ("contact = { self = true }", "", "self_contact = { radius"),
-        ("prony = [[0.3, 100]]", "", "`damping`"),
+        ("prony = [[0.3, 100]]", "", "`relaxation"),
+        ("relaxation = [{ part = 0.6, time = 5 }, { part = 0.4, time = 50 }]", "", "sum to 1"),
+        ("relaxation = [{ part = 0.6, time = 0 }]", "", "bodies.0.relaxation.0.time"),
+        ("relaxation = [{ part = 0.6, tau = 5 }]", "", "tau"),
+        ("relaxation = [{ part = 0.6, time = 5 }]\nstiffening_fibres = { k1 = 1, k2 = 10 }", "", "linear law"),
         ("pressure = { volume = 100 }", "", "`pressure` as a number"),
         ("wind = [1, 0, 0]", "", "`drag`"),
         ("", "[[obstacles]]\nmesh = { file = 'tool.stl' }", "tool.stl"),

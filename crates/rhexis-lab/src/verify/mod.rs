@@ -20,14 +20,16 @@ mod patch;
 mod plane;
 mod published_law;
 mod reference;
+mod relaxation;
 mod stability;
 pub mod tear;
 
 pub use artifacts::{Artifacts, Axes, Depth, Line};
 pub use artifacts::{FONT_NAME, load_font};
 
+use rhexis::components::BadCurve;
 use rhexis::membrane::BodyError;
-use rhexis::simulation::{CutError, SimulationError};
+use rhexis::simulation::{CutError, MotionError, SimulationError};
 use rhexis_scene::output::OutputError;
 use rhexis_scene::{SceneError, generate::GenerateError};
 use std::path::PathBuf;
@@ -85,6 +87,12 @@ pub enum VerifyError {
     /// The scene.
     #[error("{0}")]
     Scene(#[from] SceneError),
+    /// A turn of a body.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// A motion over time.
+    #[error(transparent)]
+    Curve(#[from] BadCurve),
     /// A cut that makes a crack.
     #[error(transparent)]
     Cut(#[from] CutError),
@@ -106,6 +114,8 @@ pub enum VerifyError {
 pub enum Group {
     /// Elasticity, membranes and time integration.
     Mechanics,
+    /// Viscoelastic tissue.
+    Time,
     /// Contact with obstacles and of a body with itself.
     Contact,
     /// Tears: stress at tips, loads, paths, energies.
@@ -117,6 +127,7 @@ impl Group {
     pub fn name(self) -> &'static str {
         match self {
             Self::Mechanics => "mechanics",
+            Self::Time => "time",
             Self::Contact => "contact",
             Self::Tear => "tear",
         }
@@ -151,6 +162,16 @@ pub const CASES: &[Case] = &[
     mechanics("motion", "rigid motion, resultants, energy balance, spin", motion::run),
     mechanics("integrator", "order in time of TR-BDF2 and of backward Euler", integrator::run),
     mechanics("stability", "steps of any length damp noise on a taut sheet", stability::run),
+    time(
+        "time-relaxation",
+        "stress under a held strain, torn, curved and in steps of either formula",
+        relaxation::held,
+    ),
+    time("time-limits", "steps far longer and far shorter than the relaxation time", relaxation::limits),
+    time("time-creep", "strain of a standard solid under a dead load", relaxation::creep),
+    time("time-rate", "stress under a constant rate of strain", relaxation::rate),
+    time("time-cycle", "loss per cycle and phase under a harmonic strain", relaxation::cycle),
+    time("time-spin", "a turn changes no stress", relaxation::spin),
     contact("contact-balance", "forces of obstacles, rim and inertia add up at every step", contact::balance),
     contact("contact-landing", "a sheet thrown on a table: impulse and weight", contact::landing),
     contact(
@@ -192,6 +213,10 @@ type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;
 
 const fn mechanics(name: &'static str, about: &'static str, run: Run) -> Case {
     Case { name, about, group: Group::Mechanics, run }
+}
+
+const fn time(name: &'static str, about: &'static str, run: Run) -> Case {
+    Case { name, about, group: Group::Time, run }
 }
 
 const fn contact(name: &'static str, about: &'static str, run: Run) -> Case {

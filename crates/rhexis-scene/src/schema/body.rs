@@ -48,6 +48,9 @@ pub struct BodySpec {
     pub holzapfel_gasser_ogden: Option<HolzapfelGasserOgdenSpec>,
     /// Strain-rate damping β \[ms\], ≥ 0: the stress gains β · C : dU/dt.
     pub damping: Option<f64>,
+    /// Branches by which its stress relaxes, up to four: the moduli of `material` are the instantaneous ones. Goes with the linear law.
+    #[serde(default)]
+    pub relaxation: Vec<BranchSpec>,
     /// Acceleration \[mm/ms²\]; the earth's is `[0, 0, -9.81e-3]`.
     pub gravity: Option<Point>,
     /// Drag of the surrounding fluid \[N·ms/mm³\], ≥ 0.
@@ -98,6 +101,16 @@ pub struct BodySpec {
     /// Blades that are drawn through the tissue.
     #[serde(default)]
     pub blades: Vec<BladeSpec>,
+}
+
+/// One of `relaxation`: a Maxwell branch of a Prony series.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BranchSpec {
+    /// Part of the instantaneous stiffness that relaxes, > 0; all parts sum to less than 1.
+    pub part: f64,
+    /// Relaxation time \[ms\], > 0.
+    pub time: f64,
 }
 
 /// `place = { scale, turn, about, move }`.

@@ -16,9 +16,9 @@ mod tool;
 
 pub use super::table_file::{ColumnSpec, TableSpec, TimeUnitSpec};
 pub use body::{
-    AxisSpec, BendingSpec, BodySpec, ContactSpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
-    InitialSpec, MaterialModelSpec, MaterialSpec, PartSpec, PlaceSpec, RefinementSpec, SelfContactSpec, SleepSpec,
-    TearModeSpec, TearRateSpec, TearingSpec,
+    AxisSpec, BendingSpec, BodySpec, BranchSpec, ContactSpec, CriterionSpec, EnergyCriterionSpec, FibreSpec,
+    GradingSpec, InitialSpec, MaterialModelSpec, MaterialSpec, PartSpec, PlaceSpec, RefinementSpec, SelfContactSpec,
+    SleepSpec, TearModeSpec, TearRateSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, ArrayRangeSpec, BallSpec, BedSpec, ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec,
