@@ -25,6 +25,7 @@ mod state;
 #[doc(hidden)]
 pub use crate::event::{BlockedNucleation, DecidedBy, PartedBy, RingFault};
 pub use crate::math::holzapfel_gasser_ogden::{FibreFamily, GroundSubstance, HolzapfelGasserOgden};
+pub use crate::math::relaxation::Branch;
 pub use crate::math::stiffening_fibres::StiffeningFibres;
 pub use body_error::BodyError;
 pub use derived::changes::{Change, ChangeSet, Changes};
@@ -65,7 +66,7 @@ pub use parameter::loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use parameter::material::Material;
 pub use parameter::obstacle::{Contact, Obstacle, ObstaclePath, Shape};
 pub use parameter::refinement::Refinement;
-pub use parameter::relaxation::{Branch, Relaxation};
+pub use parameter::relaxation::Relaxation;
 pub use parameter::self_contact::SelfContact;
 pub use parameter::sleeping::Sleeping;
 pub use parameter::springs::{Anchor, Bond, Springs};

@@ -14,7 +14,7 @@ mod nearest;
 pub mod number;
 mod orthotropic;
 mod per_row;
-mod relaxation;
+pub(crate) mod relaxation;
 pub(crate) mod stiffening_fibres;
 mod sym2;
 mod sym3;

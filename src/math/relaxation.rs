@@ -25,7 +25,7 @@ pub struct Decay {
 
 impl Branch {
     /// The branch over `span` \[ms\]: that of an elastic body where no time passes.
-    pub fn over(self, span: f64) -> Decay {
+    pub(crate) fn over(self, span: f64) -> Decay {
         let x = span / self.time;
         let taken = if x > 0.0 { -elementary::exp_m1(-x) / x } else { 1.0 };
         Decay { part: self.part, kept: elementary::exp(-x), taken }

@@ -2,7 +2,7 @@
 
 use crate::components::BodyError;
 use crate::components::check::{Check, Host, number};
-pub use crate::math::Branch;
+use crate::math::Branch;
 use crate::storage::MOST_BRANCHES;
 
 /// Relaxation of the membrane's stress by a Prony series: generalised Maxwell branches in the axes of each triangle. The material's moduli are the
