@@ -38,7 +38,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    pub fn of(shape: &Shape, x: [DVec3; 3]) -> Option<Self> {
+    pub(super) fn of(shape: &Shape, x: [DVec3; 3]) -> Option<Self> {
         if let Shape::Box { centre, half, axes } = *shape {
             let local = in_frame(centre, axes, x);
             let BoxTouch { weights, normal, distance, is_by_corners } = box_touch(half, local);

@@ -2,7 +2,8 @@
 //! is fine around every tip.
 
 use crate::components::{
-    EnergyAudit, FibreLaws, Planar, PreStretch, Refined, Refinement, SolveResult, TearDecisions, Tearing, fibre_law,
+    Contact, EnergyAudit, FibreLaws, Planar, PreStretch, Refined, Refinement, SolveResult, TearDecisions, Tearing,
+    fibre_law,
 };
 use crate::math::{FibreLaw, Sym2, edge_of_equilateral};
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
@@ -24,6 +25,9 @@ const CLEAR_OF_TIPS: f64 = 1.25;
 /// Multiple of the reach of refinement beyond which vertices that could not be collapsed leave the list.
 const FORGOTTEN: f64 = 5.0;
 
+/// Multiple of the sum of two radii at rest beyond which triangles are of different layers: nearer ones are neighbours, or lips of a tear.
+const FAR_AT_REST: f64 = 2.0;
+
 /// Refines bodies whose tips have come, gone or moved, and coarsens behind them where a step begins.
 pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
@@ -32,14 +36,14 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions),
         (&'a mut TearScratch, Option<&'a mut TipMemory>, Option<&'a mut EnergyAudit>, &'a mut SolveResult),
         FollowersQuery<'a>,
-        (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
+        (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Contact>),
     );
     for (
         (vertices, triangles, topology),
         (refinement, refined, tearing, tips, decisions),
         (scratch, memory, audit, result),
         followers,
-        (planar, pre_stretch, fibres),
+        (planar, pre_stretch, fibres, contact),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed && !decisions.may_advance_further {
@@ -70,6 +74,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
             is_planar,
             unstretched,
             fibres,
+            layers: contact.and_then(|contact| contact.self_contact).map(|own| own.radius),
         };
         if is_behind {
             // Decisions of the last step refer to rows that others take now.
@@ -104,6 +109,29 @@ fn notice(refined: &mut Refined, tips: &Tips, vertices: &Vertices) -> bool {
     true
 }
 
+/// Whether another layer of the body is so near that triangles about a vertex, changed without it, could come into it: their
+/// spheres meet within two radii in space, and are far from each other at rest.
+fn is_beside_layer(vertices: &Vertices, triangles: &Triangles, topology: &Topology, (row, radius): (u32, f64)) -> bool {
+    let sphere = |corners: [DVec3; 3]| {
+        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+        (centre, corners.map(|x| x.distance(centre)).into_iter().fold(0.0, f64::max))
+    };
+    let of = |points: &[DVec3], t: usize| triangles.corners[t].map(|v| points[v as usize]);
+    let [now, rest] = [&vertices.position[..], &vertices.rest_position[..]].map(|points| {
+        let around = topology.incident[row as usize].iter().flat_map(|entry| of(points, *entry as usize / 3));
+        let centre = points[row as usize];
+        (centre, around.map(|x| x.distance(centre)).fold(0.0, f64::max))
+    });
+    (0..triangles.len()).any(|t| {
+        let (centre, size) = sphere(of(&vertices.position, t));
+        if centre.distance(now.0) > now.1 + size + 2.0 * radius {
+            return false;
+        }
+        let (centre, size) = sphere(of(&vertices.rest_position, t));
+        centre.distance(rest.0) > FAR_AT_REST * (rest.1 + size)
+    })
+}
+
 /// One body while it is refined.
 struct Refiner<'a> {
     mesh: Mesh<'a>,
@@ -117,6 +145,8 @@ struct Refiner<'a> {
     is_planar: bool,
     unstretched: Sym2,
     fibres: Option<FibreLaw>,
+    /// Distance \[mm\] of layers that keep apart.
+    layers: Option<f64>,
 }
 
 impl Refiner<'_> {
@@ -257,7 +287,10 @@ impl Refiner<'_> {
         };
         let least = self.tearing.strength_along_fibres.min(self.tearing.strength_across_fibres);
         let strength = least * self.mesh.triangles.least_strength();
-        plan_coarsening(&surface, row, strength, &is_wanted)
+        let plan = plan_coarsening(&surface, row, strength, &is_wanted)?;
+        let is_apart =
+            |radius: f64| !is_beside_layer(surface.vertices, surface.triangles, surface.topology, (row, radius));
+        self.layers.is_none_or(is_apart).then_some(plan)
     }
 
     fn take_out(&mut self, vertex: u32, plan: Coarsening) -> bool {
