@@ -26,7 +26,7 @@ pub fn relaxation(world: &mut World, step: &StepContext) -> usize {
     parallel::for_bodies::<Query>(
         world,
         |((triangles, _, increment, result), _)| {
-            let is_due = increment.start.len() > 0 && !has_law(triangles);
+            let is_due = !increment.start.is_empty() && !has_law(triangles);
             if is_due { result.rows_to_solve(triangles.len()) } else { 0 }
         },
         |((triangles, relaxation, increment, _), (planar, pre_stretch))| {
@@ -116,7 +116,7 @@ fn set_law(relaxing: &mut Relaxing, triangles: &Triangles, unstretched: Sym2, is
             }
             if !is_instant {
                 for (held, start) in held.iter_mut().zip(&start[first..]) {
-                    *held = *held + (Sym2::IDENTITY - *start) * shape.start;
+                    *held += (Sym2::IDENTITY - *start) * shape.start;
                 }
             }
             for (creep, decay) in creep.iter().zip(&*decays) {

@@ -1,12 +1,12 @@
-//! Tissue that is stuck to a bed: the force of peeling by Kendall's formula, bonds that stay off, edits.
+//! Tissue that is stuck to a bed: bonds that stay off, edits. The force of peeling is a case of `rhexis verify bed`.
 
 use glam::DVec3;
-use rhexis::components::{Anchor, Bond, Curve, Damping, Fibres, Hold, Holds, Material, Reactions, Springs};
+use rhexis::components::{Anchor, Bond, Curve, Damping, Fibres, Hold, Holds, Material, Springs};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::{Attached, BodyId};
+use rhexis::storage::Attached;
 use std::f64::consts::FRAC_PI_2;
 
 /// Width, length and free arm of the strip \[mm\], its modulus \[MPa\] and thickness \[mm\].
@@ -19,9 +19,8 @@ const THICKNESS: f64 = 0.015;
 const STRENGTH: f64 = 0.05;
 /// Speed of the front \[mm/ms\].
 const SPEED: f64 = 0.0004;
-/// Time step \[ms\]: of a fiftieth of an edge, and of a tenth.
-const SHORT: f64 = 5.0;
-const LONG: f64 = 25.0;
+/// Time step \[ms\] in which the front goes on by a tenth of an edge.
+const DT: f64 = 25.0;
 
 /// A strip of this many cells per mm, whose arm stands at an angle \[rad\] to its bed and is drawn so that it keeps it.
 fn strip(per_mm: usize, angle: f64, energy: f64) -> Membrane {
@@ -49,64 +48,6 @@ fn strip(per_mm: usize, angle: f64, energy: f64) -> Membrane {
     membrane.fibres(Fibres::at_degrees(0.0)).with(springs).with(Damping { time: 0.1 }).hold(hand)
 }
 
-fn force(simulation: &Simulation, body: BodyId) -> DVec3 {
-    let world = simulation.world();
-    let reactions = world.get::<&Reactions>(body.entity()).unwrap();
-    reactions.groups[0].iter().sum()
-}
-
-/// Force of peeling per width \[N/mm\]: P²/(2·E·h) + P·(1 − cos θ) = G (Kendall 1975).
-fn kendall(angle: f64, energy: f64) -> f64 {
-    let (stiffness, turn) = (YOUNG * THICKNESS, 1.0 - angle.cos());
-    stiffness * ((turn * turn + 2.0 * energy / stiffness).sqrt() - turn)
-}
-
-/// Mean force over Kendall's at the angle of the pull while the front goes on by 2 mm, and its deviation from the mean over that.
-fn peel(per_mm: usize, degrees: f64, energy: f64, dt: f64) -> [f64; 2] {
-    let angle = degrees.to_radians();
-    let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
-    let body = simulation.spawn(strip(per_mm, angle, energy)).unwrap();
-    let mut forces = Vec::new();
-    while simulation.time() < 3.0 / SPEED {
-        simulation.step(dt).unwrap();
-        if simulation.time() > 1.0 / SPEED {
-            forces.push(force(&simulation, body));
-        }
-    }
-    let mean = forces.iter().sum::<DVec3>() / forces.len() as f64;
-    let deviation = forces.iter().map(|force| force.distance_squared(mean)).sum::<f64>() / forces.len() as f64;
-    [mean.length() / (kendall(mean.z.atan2(-mean.x), energy) * WIDTH), deviation.sqrt() / mean.length()]
-}
-
-#[test]
-fn peeling_takes_kendalls_force() {
-    // Steps of a fiftieth of an edge: on coarser ones tissue that turns over between two states draws more at steep angles.
-    let cases = [
-        (45.0, 10, 0.003),
-        (90.0, 10, 0.003),
-        (90.0, 20, 0.003),
-        (90.0, 10, 0.03),
-        (135.0, 10, 0.003),
-        (135.0, 10, 0.03),
-    ];
-    for (degrees, per_mm, energy) in cases {
-        let [mean, deviation] = peel(per_mm, degrees, energy, SHORT);
-        println!("{degrees} {per_mm} {energy}: {mean:.4} {deviation:.3}");
-        // At 135° the tip of the front jumps from vertex to vertex: 1.6 % there, 0.3 % else.
-        assert!((mean - 1.0).abs() < 0.03, "{degrees}°, {per_mm} per mm, {energy} N/mm: {mean}");
-    }
-}
-
-#[test]
-fn long_steps_draw_more_at_steep_angles() {
-    // As measured, 1.00, 1.04, 1.30 and 1.82, with room for the jumps of the front from vertex to vertex: docs/theory/bed.md says so.
-    for (degrees, most) in [(45.0, 1.03), (90.0, 1.07), (135.0, 1.45), (170.0, 2.1)] {
-        let [mean, deviation] = peel(10, degrees, 0.003, LONG);
-        println!("{degrees} in long steps: {mean:.4} {deviation:.3}");
-        assert!(mean > 0.97 && mean < most, "{degrees}°: {mean}");
-    }
-}
-
 #[test]
 fn what_has_come_off_stays_off_and_the_same_bits_follow_a_snapshot() {
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
@@ -117,7 +58,7 @@ fn what_has_come_off_stays_off_and_the_same_bits_follow_a_snapshot() {
         springs.anchors.values().iter().map(|anchor| anchor.bond.unwrap().damage).collect()
     };
     for _ in 0..200 {
-        simulation.step(LONG).unwrap();
+        simulation.step(DT).unwrap();
     }
     let opened = damage(&simulation);
     let count = |is_such: fn(f64) -> bool| opened.iter().filter(|damage| is_such(**damage)).count();
@@ -131,7 +72,7 @@ fn what_has_come_off_stays_off_and_the_same_bits_follow_a_snapshot() {
         held.groups[0].curve = holds(5000.0 * SPEED);
         simulation.set(body, held).unwrap();
         for _ in 0..200 {
-            simulation.step(LONG).unwrap();
+            simulation.step(DT).unwrap();
         }
     }
     let closed = damage(&simulation);

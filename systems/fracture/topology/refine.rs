@@ -25,8 +25,8 @@ const CLEAR_OF_TIPS: f64 = 1.25;
 /// Multiple of the reach of refinement beyond which vertices that could not be collapsed leave the list.
 const FORGOTTEN: f64 = 5.0;
 
-/// Multiple of the sum of two radii at rest beyond which triangles are of different layers: nearer ones are neighbours, or lips of a tear.
-const FAR_AT_REST: f64 = 2.0;
+/// Distance at rest over that in space beyond which triangles are of different layers: neighbours are stretched by less.
+const FOLDED: f64 = 1.5;
 
 /// Refines bodies whose tips have come, gone or moved, and coarsens behind them where a step begins.
 pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -109,26 +109,21 @@ fn notice(refined: &mut Refined, tips: &Tips, vertices: &Vertices) -> bool {
     true
 }
 
-/// Whether another layer of the body is so near that triangles about a vertex, changed without it, could come into it: their
-/// spheres meet within two radii in space, and are far from each other at rest.
+/// Whether another layer of the body is so near that triangles about a vertex, changed without it, could come into it: within two
+/// radii \[mm\] of a ball around them in space, and far from it at rest.
 fn is_beside_layer(vertices: &Vertices, triangles: &Triangles, topology: &Topology, (row, radius): (u32, f64)) -> bool {
-    let sphere = |corners: [DVec3; 3]| {
-        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
-        (centre, corners.map(|x| x.distance(centre)).into_iter().fold(0.0, f64::max))
-    };
     let of = |points: &[DVec3], t: usize| triangles.corners[t].map(|v| points[v as usize]);
-    let [now, rest] = [&vertices.position[..], &vertices.rest_position[..]].map(|points| {
-        let around = topology.incident[row as usize].iter().flat_map(|entry| of(points, *entry as usize / 3));
-        let centre = points[row as usize];
-        (centre, around.map(|x| x.distance(centre)).fold(0.0, f64::max))
-    });
+    let middle = |corners: [DVec3; 3]| (corners[0] + corners[1] + corners[2]) / 3.0;
+    let farthest = |corners: &[DVec3], x: DVec3| corners.iter().map(|p| p.distance(x)).fold(0.0, f64::max);
+    let [x, at_rest] = [&vertices.position, &vertices.rest_position].map(|points| points[row as usize]);
+    let around = topology.incident[row as usize].iter().map(|entry| of(&vertices.position, *entry as usize / 3));
+    let reach = around.map(|corners| farthest(&corners, x)).fold(0.0, f64::max) + 2.0 * radius;
     (0..triangles.len()).any(|t| {
-        let (centre, size) = sphere(of(&vertices.position, t));
-        if centre.distance(now.0) > now.1 + size + 2.0 * radius {
-            return false;
-        }
-        let (centre, size) = sphere(of(&vertices.rest_position, t));
-        centre.distance(rest.0) > FAR_AT_REST * (rest.1 + size)
+        let corners = of(&vertices.position, t);
+        let centre = middle(corners);
+        let apart = centre.distance(x);
+        apart <= reach + farthest(&corners, centre)
+            && middle(of(&vertices.rest_position, t)).distance(at_rest) > FOLDED * apart
     })
 }
 

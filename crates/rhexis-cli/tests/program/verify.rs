@@ -44,6 +44,7 @@ cases! {
     time_rate "time-rate",
     time_cycle "time-cycle",
     time_spin "time-spin",
+    bed_peel "bed-peel",
     contact_balance "contact-balance",
     contact_landing "contact-landing",
     contact_friction "contact-friction",

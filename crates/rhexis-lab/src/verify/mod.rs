@@ -5,6 +5,7 @@
 //! program, so it verifies itself anywhere.
 
 mod artifacts;
+mod bed;
 mod bodies;
 mod constitutive;
 mod contact;
@@ -116,6 +117,8 @@ pub enum Group {
     Mechanics,
     /// Viscoelastic tissue.
     Time,
+    /// Tissue that is stuck to a bed.
+    Bed,
     /// Contact with obstacles and of a body with itself.
     Contact,
     /// Tears: stress at tips, loads, paths, energies.
@@ -128,6 +131,7 @@ impl Group {
         match self {
             Self::Mechanics => "mechanics",
             Self::Time => "time",
+            Self::Bed => "bed",
             Self::Contact => "contact",
             Self::Tear => "tear",
         }
@@ -172,6 +176,7 @@ pub const CASES: &[Case] = &[
     time("time-rate", "stress under a constant rate of strain", relaxation::rate),
     time("time-cycle", "loss per cycle and phase under a harmonic strain", relaxation::cycle),
     time("time-spin", "a turn changes no stress", relaxation::spin),
+    Case { name: "bed-peel", about: "the force that peels a strip off its bed", group: Group::Bed, run: bed::peel },
     contact("contact-balance", "forces of obstacles, rim and inertia add up at every step", contact::balance),
     contact("contact-landing", "a sheet thrown on a table: impulse and weight", contact::landing),
     contact(
