@@ -11,6 +11,7 @@ use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, Integrator, Settings};
 use rhexis::simulation::Simulation;
+#[cfg(feature = "snapshot")]
 use rhexis::snapshot::Snapshot;
 use rhexis::storage::{BodyId, Triangles, Vertices};
 use std::f64::consts::{PI, TAU};
@@ -347,6 +348,7 @@ fn a_tear_of_relaxing_tissue_has_the_same_bits_for_any_number_of_threads() {
     assert_eq!(one, three);
 }
 
+#[cfg(feature = "snapshot")]
 #[test]
 fn a_snapshot_in_the_midst_goes_on_to_the_same_bits() {
     let (mut simulation, body) = torn(1, series(), true);
