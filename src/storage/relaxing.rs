@@ -43,7 +43,7 @@ struct Row {
 }
 
 impl Relaxing {
-    /// Sizes the lists to so many triangles and branches: a new branch is free of stress in the rest shape.
+    /// Sizes the lists to the numbers of triangles and branches: a new branch is free of stress in the rest shape.
     pub fn fit(&mut self, triangles: usize, branches: usize) {
         self.creep.resize(branches, Vec::new());
         self.creep.iter_mut().for_each(|list| list.resize(triangles, Sym2::ZERO));

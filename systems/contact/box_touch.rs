@@ -24,10 +24,10 @@ pub(super) struct BoxTouch {
     pub is_by_corners: bool,
 }
 
-/// Lengths that differ by this part of the size are one: the triangle's longest edge or the box's least half width.
+/// Difference of lengths that count as equal, over the size: the triangle's longest edge or the box's least half width.
 const TIE: f64 = 1e-3;
 
-/// Parts of the triangle bear that are no farther than the nearest by this part of the size: several times the depth of tissue at rest.
+/// Depth of the zone of places that bear, from the nearest one on, over the size: several times the depth of tissue at rest.
 const BEARING: f64 = 0.02;
 
 /// Cosine between the normal of a triangle and that of the contact below which the triangle stands on its rim.

@@ -6,7 +6,7 @@ use serde::{
 };
 use std::fmt;
 
-/// Bits of a number that is none, in the place of the first term: relaxation and the first term follow.
+/// NaN bits in the place of the first term: relaxation and the first term follow.
 const RELAXATION_FOLLOWS: u64 = 0x7ff8_0000_7265_6c61;
 
 /// The terms by their names.
@@ -31,12 +31,17 @@ struct Text {
 
 /// The terms in the order of the bytes, without relaxation and the first one.
 #[derive(Serialize, Deserialize)]
-struct Others {
+#[serde(remote = "EnergyBalance")]
+struct OthersOf {
+    #[serde(skip)]
+    work_of_holds: f64,
     work_of_jaws: f64,
     work_of_loads: f64,
     edits: Energies,
     stored: Energies,
     damping: f64,
+    #[serde(skip)]
+    relaxation: f64,
     drag: f64,
     numerical_elastic: f64,
     numerical_kinetic: f64,
@@ -45,26 +50,15 @@ struct Others {
     released: f64,
 }
 
+/// Those terms of a balance.
+#[derive(Serialize, Deserialize)]
+struct Others(#[serde(with = "OthersOf")] EnergyBalance);
+
 impl Serialize for EnergyBalance {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         if to.is_human_readable() {
             return Text::serialize(self, to);
         }
-        let Self { work_of_jaws, work_of_loads, edits, stored, damping, drag, .. } = *self;
-        let Self { numerical_elastic, numerical_kinetic, residual, unbalanced, released, .. } = *self;
-        let others = Others {
-            work_of_jaws,
-            work_of_loads,
-            edits,
-            stored,
-            damping,
-            drag,
-            numerical_elastic,
-            numerical_kinetic,
-            residual,
-            unbalanced,
-            released,
-        };
         let relaxes = self.relaxation != 0.0;
         let mut bytes = to.serialize_tuple(if relaxes { 4 } else { 2 })?;
         if relaxes {
@@ -72,7 +66,7 @@ impl Serialize for EnergyBalance {
             bytes.serialize_element(&self.relaxation)?;
         }
         bytes.serialize_element(&self.work_of_holds)?;
-        bytes.serialize_element(&others)?;
+        bytes.serialize_element(&Others(*self))?;
         bytes.end()
     }
 }
@@ -104,34 +98,8 @@ impl<'de> Visitor<'de> for Bytes {
             relaxation = bytes.next_element()?.ok_or_else(ended)?;
             work_of_holds = bytes.next_element()?.ok_or_else(ended)?;
         }
-        let Others {
-            work_of_jaws,
-            work_of_loads,
-            edits,
-            stored,
-            damping,
-            drag,
-            numerical_elastic,
-            numerical_kinetic,
-            residual,
-            unbalanced,
-            released,
-        } = bytes.next_element()?.ok_or_else(ended)?;
-        Ok(EnergyBalance {
-            work_of_holds,
-            work_of_jaws,
-            work_of_loads,
-            edits,
-            stored,
-            damping,
-            relaxation,
-            drag,
-            numerical_elastic,
-            numerical_kinetic,
-            residual,
-            unbalanced,
-            released,
-        })
+        let Others(others) = bytes.next_element()?.ok_or_else(ended)?;
+        Ok(EnergyBalance { work_of_holds, relaxation, ..others })
     }
 }
 
