@@ -6,7 +6,7 @@ use crate::math::InadmissibleMaterial;
 use crate::replay::ReplayError;
 use crate::settings::OutOfRange;
 use crate::simulation::{
-    CutError, ForceError, HapticError, MotionError, PinError, SetError, SimulationError, ToolError,
+    CutError, ForceError, HapticError, MotionError, PinError, SetError, SimulationError, SpawnError, ToolError,
 };
 use crate::snapshot::SnapshotError;
 use crate::storage::MeshError;
@@ -44,6 +44,8 @@ pub enum ErrorKind {
 pub enum Error {
     /// Of a body or one of its components.
     Body(#[from] BodyError),
+    /// Of a body that is spawned.
+    Spawn(#[from] SpawnError),
     /// Of a mesh.
     Mesh(#[from] MeshError),
     /// Of a generated mesh.

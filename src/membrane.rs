@@ -50,7 +50,7 @@ fn own<T: Copy>(list: &Option<Vec<T>>, triangle: usize, default: T) -> T {
 /// A body to be spawned. A clone of it is spawned as another body.
 #[derive(Clone)]
 pub struct Membrane {
-    name: String,
+    pub(crate) name: String,
     mesh: TriangleMesh,
     material: Arc<dyn Fn(DVec3) -> Material + Send + Sync>,
     fibres: Option<Fibres>,

@@ -21,6 +21,14 @@ pub enum BodyError {
         /// Reason why the material is inadmissible.
         source: InadmissibleMaterial,
     },
+    /// One of several loads.
+    #[error("load {number}: {source}")]
+    Load {
+        /// Number of the load in the component, from 0.
+        number: usize,
+        /// Reason why it is refused.
+        source: Box<BodyError>,
+    },
     /// A number outside its range.
     #[error("{component}: {what}{} is {value:?}: {must}", at(*row))]
     OutOfRange {

@@ -1,7 +1,18 @@
 //! Why a simulation could not be made or could not go on, and the inputs it rejects.
 
+use crate::components::BodyError;
 use crate::registry::Rejected;
 use crate::settings::OutOfRange;
+
+/// Why a body is not spawned.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("body `{name}`: {source}")]
+pub struct SpawnError {
+    /// Name of the body.
+    pub name: String,
+    /// Component, its rejected value and the requirement.
+    pub source: BodyError,
+}
 
 /// Why a simulation could not be made or could not go on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

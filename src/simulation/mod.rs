@@ -45,7 +45,7 @@ pub use apply_force::ForceError;
 pub use bed::Bed;
 pub use debug_lines::{DebugKind, DebugLine, DebugLines};
 pub use doubts::{Doubt, DoubtKind};
-pub use error::SimulationError;
+pub use error::{SimulationError, SpawnError};
 pub use fixed_step::FixedStep;
 pub use haptic_blend::HapticBlend;
 pub use haptic_feed::{HapticModel, HapticReceiver, HapticSender, haptic_feed};
@@ -65,7 +65,7 @@ pub use view::{BodyView, normals};
 
 use crate::components::{Body, EnergyAudit};
 use crate::event::{Event, EventKind};
-use crate::membrane::{BodyError, Membrane};
+use crate::membrane::Membrane;
 use crate::replay::{Input, Recorder};
 use crate::report::{Fault, Report};
 use crate::settings::{Integrator, Settings};
@@ -135,8 +135,9 @@ impl Simulation {
     /// assert_eq!(simulation.bodies(), [body]);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn spawn(&mut self, membrane: Membrane) -> Result<BodyId, BodyError> {
-        let mut components = membrane.build(self.next_order)?;
+    pub fn spawn(&mut self, membrane: Membrane) -> Result<BodyId, SpawnError> {
+        let name = membrane.name.clone();
+        let mut components = membrane.build(self.next_order).map_err(|source| SpawnError { name, source })?;
         self.next_order += 1;
         let body = self.world.spawn(components.build()).into();
         self.note_spawned(body);

@@ -73,7 +73,7 @@ fn a_body_with_rows_or_numbers_that_are_none_is_not_spawned() {
         says.iter().for_each(|word| assert!(error.contains(word), "{error} should say {word}"));
     };
     refused(sheet().with(point_loads(MISSING, DVec3::X)), &["PointLoads", "vertex 99", "20 vertices"]);
-    refused(sheet().with(point_loads(3, NAN)), &["PointLoads", "force", "NaN", "finite"]);
+    refused(sheet().with(point_loads(3, NAN)), &["body `sheet`: load 0: PointLoads", "force", "NaN", "finite"]);
     refused(sheet().with(Pressure { curve: Curve::constant(f64::NAN) }), &["Pressure", "curve", "NaN"]);
     refused(sheet().with(edge_loads([0, MISSING])), &["EdgeLoads", "vertex 99"]);
     // 6 and 7 are inside, 0 and 7 have no edge at all.

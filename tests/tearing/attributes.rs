@@ -129,7 +129,8 @@ fn attributes_are_judged_at_every_door() {
     let square = Square::new([4, 4], 0.0);
     let spawn = |attributes: Attributes| {
         let mut simulation = Simulation::new(settings()).unwrap();
-        let result: Result<BodyId, BodyError> = simulation.spawn(square.membrane().with(attributes));
+        let result: Result<BodyId, BodyError> =
+            simulation.spawn(square.membrane().with(attributes)).map_err(|error| error.source);
         result.map(|body| (simulation, body))
     };
     let count = square.membrane().mesh().positions.len();

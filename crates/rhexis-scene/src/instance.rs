@@ -185,7 +185,7 @@ impl Scene {
         spec: &BodySpec,
         key: &str,
     ) -> Result<BodyId, Fault> {
-        let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, key, &error))?;
+        let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, key, &error.source))?;
         if self.file.output.energy {
             // The body was spawned just now.
             let _ = simulation.world_mut().insert_one(body.entity(), EnergyAudit::default());

@@ -106,8 +106,7 @@ impl Check for PointLoads {
     fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
         for (k, load) in self.groups.iter().enumerate() {
             host.rows("PointLoads", || format!("load {k}"), &load.rows)?;
-            finite("PointLoads", "force", load.force.to_array())?;
-            load.curve.check("PointLoads")?;
+            check_numbers("PointLoads", (k, "force", load.force), &load.curve)?;
         }
         Ok(())
     }
@@ -118,8 +117,7 @@ impl Check for EdgeLoads {
         for (k, load) in self.groups.iter().enumerate() {
             let what = || format!("load {k}");
             host.rows("EdgeLoads", what, load.edges.as_flattened())?;
-            finite("EdgeLoads", "traction", load.traction.to_array())?;
-            load.curve.check("EdgeLoads")?;
+            check_numbers("EdgeLoads", (k, "traction", load.traction), &load.curve)?;
             let is_boundary = |edge: &&[u32; 2]| host.surface.is_none_or(|surface| is_on_boundary(surface, **edge));
             if let Some(&edge) = load.edges.iter().find(|edge| !is_boundary(edge)) {
                 return Err(BodyError::NoSuchEdge { component: "EdgeLoads", what: what(), edge });
@@ -127,6 +125,16 @@ impl Check for EdgeLoads {
         }
         Ok(())
     }
+}
+
+/// Judges the numbers of one load.
+fn check_numbers(
+    component: &'static str,
+    (number, what, value): (usize, &'static str, DVec3),
+    curve: &Curve,
+) -> Result<(), BodyError> {
+    let checked = finite(component, what, value.to_array()).and_then(|()| curve.check(component));
+    checked.map_err(|source| BodyError::Load { number, source: Box::new(source) })
 }
 
 /// Whether exactly one triangle has an edge: those inside would not follow when they are split.

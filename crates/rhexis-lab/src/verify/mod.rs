@@ -30,7 +30,7 @@ pub use artifacts::{FONT_NAME, load_font};
 
 use rhexis::components::BadCurve;
 use rhexis::membrane::BodyError;
-use rhexis::simulation::{CutError, MotionError, SimulationError};
+use rhexis::simulation::{CutError, MotionError, SimulationError, SpawnError};
 use rhexis_scene::output::OutputError;
 use rhexis_scene::{SceneError, generate::GenerateError};
 use std::path::PathBuf;
@@ -79,6 +79,9 @@ pub enum VerifyError {
     /// The body.
     #[error(transparent)]
     Body(#[from] BodyError),
+    /// Of a body that is spawned.
+    #[error(transparent)]
+    Spawn(#[from] SpawnError),
     /// The run.
     #[error(transparent)]
     Simulation(#[from] SimulationError),

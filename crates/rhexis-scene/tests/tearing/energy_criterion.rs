@@ -241,7 +241,7 @@ fn what_makes_no_sense_is_refused_at_the_door() {
     let good = EnergyCriterion::new(Toughness { along: 0.02, across: 0.5 });
     let spawn = |energy: EnergyCriterion| {
         let membrane = Square::new([6, 5], 90.0).membrane().with(energy);
-        Simulation::new(Settings::default()).unwrap().spawn(membrane)
+        Simulation::new(Settings::default()).unwrap().spawn(membrane).map_err(|error| error.source)
     };
     assert!(spawn(good).is_ok());
     for odd in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
@@ -251,7 +251,7 @@ fn what_makes_no_sense_is_refused_at_the_door() {
         }
     }
     let bare = Membrane::new("bare", generate::grid(1.0, 1.0, 2, 2).unwrap(), Material::allard_2009()).with(good);
-    let refused = Simulation::new(Settings::default()).unwrap().spawn(bare);
+    let refused = Simulation::new(Settings::default()).unwrap().spawn(bare).map_err(|error| error.source);
     assert_eq!(refused, Err(BodyError::EnergyCriterionWithoutTearing));
 
     let scene = |name: &str, change: &[&str]| {

@@ -412,7 +412,7 @@ fn new_vertices_inside_a_foundation_or_a_held_patch_belong_to_it() {
 fn what_makes_no_sense_is_refused_at_the_door() {
     let spawn = |refinement: Refinement| {
         let membrane = Square::new([6, 5], 90.0).membrane().with(refinement);
-        Simulation::new(Settings::default()).unwrap().spawn(membrane)
+        Simulation::new(Settings::default()).unwrap().spawn(membrane).map_err(|error| error.source)
     };
     let base = Refinement::default();
     assert!(spawn(base).is_ok());
@@ -426,7 +426,7 @@ fn what_makes_no_sense_is_refused_at_the_door() {
         assert!(matches!(spawn(Refinement { margin: Some(odd), ..base }), Err(BodyError::OutOfRange { .. })), "{odd}");
     }
     let bare = Membrane::new("bare", generate::grid(1.0, 1.0, 2, 2).unwrap(), Material::allard_2009()).with(base);
-    let refused = Simulation::new(Settings::default()).unwrap().spawn(bare);
+    let refused = Simulation::new(Settings::default()).unwrap().spawn(bare).map_err(|error| error.source);
     assert_eq!(refused, Err(BodyError::RefinementWithoutTearing));
 
     let scene = |change: &[&str]| {
