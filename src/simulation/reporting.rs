@@ -98,7 +98,7 @@ impl Simulation {
                 self_contacts: layers.map_or(0, |layers| layers.touching + layers.touching_others),
                 layers_held_back: layers.map_or(0, |layers| layers.held_back),
                 layers_moved_as_one: layers.is_some_and(|layers| layers.moved_as_one),
-                layers_overlapping: layers.map_or(0, |layers| layers.overlapping + layers.overlapping_others),
+                layers_overlapping: layers.map_or(0, |layers| layers.crossed.len() as u32 + layers.overlapping_others),
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,
                 guard: *increment.guard,

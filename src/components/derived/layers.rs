@@ -119,8 +119,8 @@ pub(crate) struct Layers {
     pub met: usize,
     /// Box tests since the work was last counted; a pair's proof is some of them.
     pub tests: usize,
-    /// Pairs of triangles that had passed through each other at the start of the step, which are left alone.
-    pub overlapping: u32,
+    /// Pairs of triangles that had passed through each other at the start of the step, in ascending order.
+    pub crossed: Vec<[u32; 2]>,
     /// Springs to other bodies in the last solve, and triangles of others that had been passed through.
     pub touching_others: u32,
     pub overlapping_others: u32,

@@ -200,7 +200,7 @@ pub fn push_bodies_apart(world: &mut World, step: &StepContext) -> usize {
         }
         for ((_, (scratch, ..), _), touching) in members.iter_mut().zip(touching) {
             let own = &mut **scratch.contact.layers.get_or_insert_default();
-            (own.touching_others, own.overlapping_others) = (touching, layers.overlapping);
+            (own.touching_others, own.overlapping_others) = (touching, layers.crossed.len() as u32);
         }
     })
 }

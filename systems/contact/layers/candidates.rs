@@ -33,6 +33,10 @@ impl Bounds {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
     }
 
+    pub(super) fn has(&self, point: DVec3) -> bool {
+        self.low.cmple(point).all() && point.cmple(self.high).all()
+    }
+
     fn holds(&self, other: &Self) -> bool {
         self.low.cmple(other.low).all() && other.high.cmple(self.high).all()
     }

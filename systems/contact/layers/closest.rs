@@ -83,7 +83,7 @@ fn between_edges([p, q, a, b]: [DVec3; 4]) -> [f64; 2] {
 }
 
 /// Whether an edge passes through a triangle.
-pub(super) fn crosses([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
+fn crosses([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
     let normal = (b - a).cross(c - a);
     let (above, below) = (normal.dot(p - a), normal.dot(q - a));
     if !(above * below < 0.0) {
@@ -91,6 +91,13 @@ pub(super) fn crosses([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
     }
     let at = p.lerp(q, above / (above - below));
     [(a, b), (b, c), (c, a)].iter().all(|(from, to)| normal.dot((*to - *from).cross(at - *from)) > 0.0)
+}
+
+/// Whether two triangles pass through each other.
+pub(super) fn cross([c, d]: [[DVec3; 3]; 2]) -> bool {
+    let edges = |[a, b, c]: [DVec3; 3]| [[a, b], [b, c], [c, a]];
+    let passes = |c: [DVec3; 3], d: [DVec3; 3]| edges(c).iter().any(|edge| crosses(*edge, d));
+    passes(c, d) || passes(d, c)
 }
 
 #[cfg(test)]

@@ -9,12 +9,14 @@
 mod bodies;
 mod candidates;
 mod closest;
+mod edits;
 mod groups;
 mod proof;
 mod search;
 mod separate;
 
 pub use bodies::{hold_bodies_apart, penetrating, push_bodies_apart};
+pub(in crate::systems) use edits::may_collapse;
 pub use groups::{find_groups, lists, select_together};
 pub(in crate::systems) use groups::{give_back, take_groups};
 pub(super) use separate::asks;

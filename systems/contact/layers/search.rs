@@ -3,7 +3,7 @@
 //! A pair is left out where a vertex of one part lies within the band of one of the other in the rest shape: neighbours, and the lips of a
 //! tear, which begin at distance zero. The pairs of a sweep are the same whatever the candidates are, and sorted by rows before anything is summed.
 
-use super::closest::crosses;
+use super::closest::cross;
 use crate::components::{Bounds, Candidate, Layers, Pair, PairStart};
 use crate::storage::{NONE, Topology};
 use glam::DVec3;
@@ -86,7 +86,7 @@ impl Sweep<'_> {
         if is_here && layers.found_from == start {
             return;
         }
-        if is_here && start == x && layers.are_apart && layers.overlapping == 0 {
+        if is_here && start == x && layers.are_apart && layers.crossed.is_empty() {
             layers.found_from.clear();
             layers.found_from.extend_from_slice(x);
             self.begin(layers);
@@ -122,7 +122,8 @@ impl Sweep<'_> {
         let corners = self.corners;
         layers.pairs.clear();
         layers.starts.clear();
-        (layers.overlapping, layers.met, layers.are_too_many) = (0, 0, false);
+        layers.crossed.clear();
+        (layers.met, layers.are_too_many) = (0, false);
         if corners.len() < 2 {
             return;
         }
@@ -156,15 +157,33 @@ impl Sweep<'_> {
             layers.met = most;
             layers.pairs.clear();
         }
+        layers.crossed.sort_unstable();
+        self.leave_out_crossed(layers);
         layers.pairs.sort_unstable();
         self.begin(layers);
     }
 
     /// Whether two triangles cross at the start.
-    fn cross(&self, [t, u]: [u32; 2]) -> bool {
-        let [c, d] = [t, u].map(|t| self.corners[t as usize].map(|v| self.start[v as usize]));
-        let edges = |[a, b, c]: [DVec3; 3]| [[a, b], [b, c], [c, a]];
-        edges(c).iter().any(|edge| crosses(*edge, d)) || edges(d).iter().any(|edge| crosses(*edge, c))
+    fn cross(&self, triangles: [u32; 2]) -> bool {
+        cross(triangles.map(|t| self.corners[t as usize].map(|v| self.start[v as usize])))
+    }
+
+    /// Leaves out pairs at the vertices of triangles that cross: held on the sides where they are now, these could never part.
+    fn leave_out_crossed(&self, layers: &mut Layers) {
+        let Layers { pairs, crossed, .. } = layers;
+        let of = |t: u32| self.corners[t as usize];
+        let both = |&[t, u]: &[u32; 2]| of(t).into_iter().flat_map(move |v| of(u).map(|w| [v.min(w), v.max(w)]));
+        let mut near: Vec<[u32; 2]> = crossed.iter().flat_map(both).collect();
+        if near.is_empty() {
+            return;
+        }
+        near.sort_unstable();
+        near.dedup();
+        pairs.retain(|pair| {
+            let (first, second) = pair.rows.split_at(pair.first());
+            let mut ends = first.iter().flat_map(|v| second.iter().map(|w| [*v.min(w), *v.max(w)]));
+            !ends.any(|ends| near.binary_search(&ends).is_ok())
+        });
     }
 }
 
@@ -180,7 +199,7 @@ impl Ways<'_> {
     fn triangle_pairs(&self, [t, u]: [u32; 2], near: &[[bool; 3]; 3], layers: &mut Layers) {
         let Self { sweep, of_vertex, of_triangle } = self;
         if *near == [[false; 3]; 3] && sweep.cross([t, u]) {
-            layers.overlapping += 1;
+            layers.crossed.push([t, u]);
             return;
         }
         let [c, d] = [t, u].map(|t| sweep.corners[t as usize]);

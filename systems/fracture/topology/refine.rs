@@ -2,11 +2,12 @@
 //! is fine around every tip.
 
 use crate::components::{
-    Contact, EnergyAudit, FibreLaws, Planar, PreStretch, Refined, Refinement, SolveResult, TearDecisions, Tearing,
-    fibre_law,
+    Contact, EnergyAudit, FibreLaws, Planar, PreStretch, Refined, Refinement, SelfContact, SolveResult, TearDecisions,
+    Tearing, fibre_law,
 };
 use crate::math::{FibreLaw, Sym2, edge_of_equilateral};
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
+use crate::systems::contact::layers::may_collapse;
 use crate::systems::fracture::{
     Coarsening, Cutter, Followers, FollowersQuery, Quality, Surface, TearScratch, TipMemory, Walk,
     distance_to_triangle, plan_coarsening,
@@ -24,9 +25,6 @@ const BEHIND: f64 = 1.5;
 const CLEAR_OF_TIPS: f64 = 1.25;
 /// Multiple of the reach of refinement beyond which vertices that could not be collapsed leave the list.
 const FORGOTTEN: f64 = 5.0;
-
-/// Distance at rest over that in space beyond which triangles are of different layers: neighbours are stretched by less.
-const FOLDED: f64 = 1.5;
 
 /// Refines bodies whose tips have come, gone or moved, and coarsens behind them where a step begins.
 pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -74,12 +72,15 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
             is_planar,
             unstretched,
             fibres,
-            layers: contact.and_then(|contact| contact.self_contact).map(|own| own.radius),
+            own: contact.and_then(|contact| contact.self_contact),
+            longest: 0.0,
+            tests: 0,
         };
         if is_behind {
             // Decisions of the last step refer to rows that others take now.
             decisions.forget();
             refiner.coarsen();
+            result.work = result.work.saturating_add(work::of_layers(refiner.tests, refiner.mesh.triangles.len()));
         }
         if has_moved {
             let triangles = refiner.mesh.triangles.len();
@@ -109,22 +110,13 @@ fn notice(refined: &mut Refined, tips: &Tips, vertices: &Vertices) -> bool {
     true
 }
 
-/// Whether another layer of the body is so near that triangles about a vertex, changed without it, could come into it: within two
-/// radii \[mm\] of a ball around them in space, and far from it at rest.
-fn is_beside_layer(vertices: &Vertices, triangles: &Triangles, topology: &Topology, (row, radius): (u32, f64)) -> bool {
-    let of = |points: &[DVec3], t: usize| triangles.corners[t].map(|v| points[v as usize]);
-    let middle = |corners: [DVec3; 3]| (corners[0] + corners[1] + corners[2]) / 3.0;
-    let farthest = |corners: &[DVec3], x: DVec3| corners.iter().map(|p| p.distance(x)).fold(0.0, f64::max);
-    let [x, at_rest] = [&vertices.position, &vertices.rest_position].map(|points| points[row as usize]);
-    let around = topology.incident[row as usize].iter().map(|entry| of(&vertices.position, *entry as usize / 3));
-    let reach = around.map(|corners| farthest(&corners, x)).fold(0.0, f64::max) + 2.0 * radius;
-    (0..triangles.len()).any(|t| {
-        let corners = of(&vertices.position, t);
-        let centre = middle(corners);
-        let apart = centre.distance(x);
-        apart <= reach + farthest(&corners, centre)
-            && middle(of(&vertices.rest_position, t)).distance(at_rest) > FOLDED * apart
-    })
+/// Longest edge \[mm\] of triangles, as they are.
+fn longest_edge(mesh: &Mesh<'_>) -> f64 {
+    let of = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|v| mesh.vertices.position[v as usize]);
+        a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
+    };
+    mesh.triangles.corners.iter().map(of).fold(0.0, f64::max).sqrt()
 }
 
 /// One body while it is refined.
@@ -140,8 +132,11 @@ struct Refiner<'a> {
     is_planar: bool,
     unstretched: Sym2,
     fibres: Option<FibreLaw>,
-    /// Distance \[mm\] of layers that keep apart.
-    layers: Option<f64>,
+    /// Contact with itself.
+    own: Option<SelfContact>,
+    /// Bound on the length of edges \[mm\] where there is contact, and box tests for it.
+    longest: f64,
+    tests: usize,
 }
 
 impl Refiner<'_> {
@@ -242,6 +237,7 @@ impl Refiner<'_> {
         self.refined.is_behind = false;
         let mut made = std::mem::take(&mut self.refined.made);
         if self.refinement.may_coarsen {
+            self.longest = self.own.map_or(0.0, |_| longest_edge(&self.mesh));
             made.reverse();
             made.retain(|&key| self.stays_listed(key));
             made.reverse();
@@ -260,7 +256,7 @@ impl Refiner<'_> {
             return true;
         }
         match self.plan(row, reach) {
-            Some(plan) if self.take_out(row, plan) => false,
+            Some(plan) if self.keeps_layers_apart(row, plan) && self.take_out(row, plan) => false,
             _ => distance < FORGOTTEN * reach,
         }
     }
@@ -282,10 +278,22 @@ impl Refiner<'_> {
         };
         let least = self.tearing.strength_along_fibres.min(self.tearing.strength_across_fibres);
         let strength = least * self.mesh.triangles.least_strength();
-        let plan = plan_coarsening(&surface, row, strength, &is_wanted)?;
-        let is_apart =
-            |radius: f64| !is_beside_layer(surface.vertices, surface.triangles, surface.topology, (row, radius));
-        self.layers.is_none_or(is_apart).then_some(plan)
+        plan_coarsening(&surface, row, strength, &is_wanted)
+    }
+
+    fn keeps_layers_apart(&mut self, row: u32, plan: Coarsening) -> bool {
+        let Some(own) = self.own else { return true };
+        let (vertices, triangles, topology) = (&*self.mesh.vertices, &*self.mesh.triangles, &*self.mesh.topology);
+        let are_apart =
+            may_collapse((vertices, triangles, topology), &own, (row, plan.into), (self.longest, &mut self.tests));
+        if are_apart {
+            let around =
+                topology.incident[row as usize].iter().flat_map(|entry| triangles.corners[*entry as usize / 3]);
+            let to = vertices.position[plan.into as usize];
+            let edges = around.map(|v| vertices.position[v as usize].distance(to));
+            self.longest = edges.fold(self.longest, f64::max);
+        }
+        are_apart
     }
 
     fn take_out(&mut self, vertex: u32, plan: Coarsening) -> bool {

@@ -49,6 +49,7 @@ cases! {
     contact_landing "contact-landing",
     contact_friction "contact-friction",
     contact_layers "contact-layers",
+    contact_flap "contact-flap",
     tear_fibre "tear-fibre",
     tear_mesh "tear-mesh",
     tear_mesh_stable "tear-mesh-stable",

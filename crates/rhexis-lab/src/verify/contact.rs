@@ -362,9 +362,9 @@ fn drawn_through(rows: &mut Rows, side: usize, dt: f64) -> Result<(), VerifyErro
     Ok(())
 }
 
-/// Edges through triangles all of whose corners are farther from theirs than the band in the rest shape: all against all, by solving for
-/// the point.
-fn crossings(simulation: &Simulation, body: BodyId, band: f64) -> u32 {
+/// Edges through triangles all of whose corners are farther from theirs than the band in the rest shape: all that overlap along x, by solving for the
+/// point.
+pub(super) fn crossings(simulation: &Simulation, body: BodyId, band: f64) -> u32 {
     let world = simulation.world();
     let tables = (world.get::<&Vertices>(body.entity()), world.get::<&Triangles>(body.entity()));
     let (Ok(vertices), Ok(triangles)) = tables else { return u32::MAX };
@@ -375,12 +375,16 @@ fn crossings(simulation: &Simulation, body: BodyId, band: f64) -> u32 {
     }
     edges.sort_unstable();
     edges.dedup();
+    let low_of = |edge: &[u32; 2]| edge.map(|v| x[v as usize].x).into_iter().fold(f64::INFINITY, f64::min);
+    edges.sort_by(|a, b| low_of(a).total_cmp(&low_of(b)));
+    let longest = edges.iter().map(|edge| (x[edge[0] as usize].x - x[edge[1] as usize].x).abs()).fold(0.0, f64::max);
     let is_near = |v: u32, w: u32| rest[v as usize].distance(rest[w as usize]) < band;
     let mut count = 0;
     for corners in &triangles.corners {
         let [a, b, c] = corners.map(|v| x[v as usize]);
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        for edge in &edges {
+        let first = edges.partition_point(|edge| low_of(edge) < low.x - longest);
+        for edge in edges[first..].iter().take_while(|edge| low_of(edge) <= high.x) {
             let [p, q] = edge.map(|v| x[v as usize]);
             let is_apart = p.max(q).cmplt(low).any() || p.min(q).cmpgt(high).any();
             if is_apart || edge.iter().any(|&v| corners.iter().any(|&w| v == w || is_near(v, w))) {

@@ -12,6 +12,7 @@ mod contact;
 mod drum;
 mod dynamics;
 mod fig2;
+mod flap;
 mod free_triangle;
 mod hole;
 mod integrator;
@@ -188,6 +189,7 @@ pub const CASES: &[Case] = &[
         contact::friction,
     ),
     contact("contact-layers", "sheets bear each other, a ribbon goes through a slot without crossing", contact::layers),
+    contact("contact-flap", "the flap of a capsulorhexis keeps off the sheet, and it closes as without", flap::run_all),
     tear("tear-fibre", "the notched square tears along its fibres", tear::fibre::run),
     tear("tear-mesh", "path and load of a tear on four kinds of mesh", tear::mesh::run),
     tear("tear-mesh-stable", "the same in equilibria, over the whole tear", tear::mesh::stable),
