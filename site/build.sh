@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# Builds the site into target/site/book: `site/build.sh [PROGRAM]`, with the pages of `cargo doc` from RHEXIS_DOC, by default target/doc. Needs Python 3
+# and cargo, by which it installs mdBook into target/site unless it is on the PATH. Fails on a link that leads nowhere.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+target=${CARGO_TARGET_DIR:-$PWD/target}
+program=${1:-$target/release/rhexis}
+api=${RHEXIS_DOC:-$target/doc}
+out=$target/site
+mdbook=0.5.4
+
+need() {
+    command -v "$1" >/dev/null 2>&1 || [ -e "$1" ] || { echo "$1 is missing: $2" >&2; exit 1; }
+}
+need python3 "install Python 3.9 or newer"
+need "$program" "cargo build --release --package rhexis-cli"
+need "$api/rhexis/index.html" "cargo doc --workspace --no-deps"
+
+mkdir -p "$out"
+PATH=$PATH:$out/bin
+if ! command -v mdbook >/dev/null 2>&1; then
+    cargo install --quiet --locked --version "$mdbook" --no-default-features --features search --root "$out" mdbook
+fi
+cp site/book.toml site/site.css "$out/"
+python3 -B site/pages.py "$program" "$api" "$out"
+rm -rf "$out/book"
+mdbook build "$out"
+cp -r "$api" "$out/book/api"
+rm -f "$out/book/api/.lock"
+python3 -B site/links.py "$out/book"
+echo "built: $out/book/index.html"
