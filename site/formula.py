@@ -50,6 +50,8 @@ class Line:
                 parts.append(f"<mtext>&nbsp;{escape(self.take())}&nbsp;</mtext>")
             elif re.match(r"[\w½¼⅓α-ωΑ-Ω√(\[|∂∇Δ]", token):
                 parts.append(self.fraction())
+                if token in NAMES and self.peek().isspace():
+                    parts.append('<mspace width="0.2em"/>')
             else:
                 parts.append(f"<mo>{escape(self.take())}</mo>")
         self.at += bool(end)
@@ -81,7 +83,8 @@ class Line:
     def scripted(self):
         token = self.take()
         if token in "∂∇Δ":
-            return row([f"<mo>{token}</mo>", self.scripted()])
+            kind = 'mi mathvariant="normal"' if token == "Δ" else "mo"
+            return row([f"<{kind}>{token}</{kind[:2]}>", self.scripted()])
         if token == "√":
             return f"<msqrt>{bare(self.scripted())}</msqrt>"
         if token in CLOSES:
@@ -107,7 +110,7 @@ class Line:
             elif token[0] == "^":
                 above.append(f"<mi>{token[1:]}</mi>")
             elif token in "′″'":
-                above.append(f"<mo>{'′' if token == chr(39) else token}</mo>")
+                base = row([base, f'<mo lspace="0" rspace="0">{token.replace(chr(39), "′")}</mo>'])
             else:
                 break
             self.at += 1
@@ -133,7 +136,9 @@ def bare(value):
 
 
 def cell(text):
-    if text.startswith("[N/mm") or (len(re.findall(r"\b[a-z]{2,}\b", text)) >= 3 and "(" not in text):
+    """A remark as text, all else as a formula."""
+    words = [word for word in re.findall(r"\b[a-z]{2,}\b", text) if word not in NAMES]
+    if text.startswith("[N/mm") or (words and not re.search(r"[=·√:∇]", text)):
         return f"<mtext>{escape(text)}</mtext>"
     return row(Line(text).until("") or ["<mrow></mrow>"])
 
@@ -147,25 +152,36 @@ def matrix(lines):
 
 
 def block(text):
-    """The block as MathML; None where a line cannot be read."""
-    lines, rows = [line.strip() for line in text.splitlines() if line.strip()], []
+    """The block in MathML, a table where its lines begin by short labels; None where a line cannot be read."""
+    lines, rows, labels = [line.strip() for line in text.splitlines() if line.strip()], [], []
     try:
         while lines:
             if lines[0].startswith("⎡"):
                 rows.append(matrix(lines[:3]))
+                labels.append(lines[0])
                 lines = lines[3:]
                 continue
-            rows.append([cell(c) for c in re.split(r"\s{2,}", lines.pop(0))])
+            cells = re.split(r"\s{2,}(?!\+?=)", lines.pop(0))
+            rows.append([cell(c) for c in cells])
+            labels.append(cells[0] if len(cells) > 1 else "")
     except (Unreadable, TypeError, IndexError):
         return None
+    rows = [[f'<math displaystyle="true">{c}</math>' for c in cells] for cells in rows]
+    if max(map(len, labels)) > 16:
+        return '<div class="formula">' + "".join(f"<p>{' &emsp; '.join(cells)}</p>" for cells in rows) + "</div>"
     width = max(len(cells) for cells in rows)
     html = ""
     for cells in rows:
         spans = [1] * (len(cells) - 1) + [width - len(cells) + 1]
-        html += "<tr>" + "".join(f'<td colspan="{n}"><math displaystyle="true">{c}</math></td>' for n, c in zip(spans, cells)) + "</tr>"
+        html += "<tr>" + "".join(f'<td colspan="{n}">{c}</td>' for n, c in zip(spans, cells)) + "</tr>"
     return f'<div class="formula"><table>{html}</table></div>'
 
 
 def inline(text):
-    """Subscripts of formulas in running text."""
-    return re.sub(r"(?<![\w`/])([A-Za-zα-ωΑ-Ω\u0304]{1,2})_([A-Za-z]{1,3}|\d{1,2})\b", r"\1<sub>\2</sub>", text)
+    """Scripts of formulas in running text, outside code and targets of links."""
+    parts = re.split(r"(`[^`]*`|\]\([^)]*\)|^\[.*?\]: .*$)", text, flags=re.M)
+    subscript = r"(?<!\w)([A-Za-zα-ωΑ-Ω]\u0304?)_([A-Za-z]{1,6}|\d{1,2}|∞)(?![A-Za-z0-9_])"
+    superscript = r"\^(?:\{([^}]*)\}|([A-Za-zα-ωℓ]|\d+(?:\.\d+)?|\(\d/\w\)))"
+    raised = [re.sub(superscript, lambda m: f"<sup>{m[1] or m[2]}</sup>", part) for part in parts[::2]]
+    parts[::2] = [re.sub(subscript, r"\1<sub>\2</sub>", part) for part in raised]
+    return "".join(parts)

@@ -127,7 +127,8 @@ class Pages:
             if name == "ReadingSpec":
                 continue
             code = title if title == "A scene file" else f"`{title}`"
-            text += f"\n## {code}\n\n{self.words(self.types[name].doc)}\n\n| key | value | meaning |\n|---|---|---|\n"
+            doc = self.words(self.types[name].doc)
+            text += f"\n## {code}\n\n" + ("" if doc == f"`{title}`." else f"{doc}\n\n") + "| key | value | meaning |\n|---|---|---|\n"
             for key, rust, doc, optional in self.fields(name):
                 shown = f"`{key}`" if optional or self.types[name].kind == "enum" else f"**`{key}`**"
                 text += f"| {shown} | {self.value(rust)} | {self.words(doc)} |\n"

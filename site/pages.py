@@ -61,6 +61,8 @@ class Book:
                 return None
         if path in self.pages:
             return re.sub(r"README\.md$", "index.md", name) + hash_ + anchor
+        if not (ROOT / path).is_file():
+            sys.exit(f"{page}: {target}: no such file")
         ending = "" if Path(path).suffix in PICTURES else ".txt"
         self.copy(path, path + ending)
         return name + ending
