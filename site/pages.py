@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""pages.py PROGRAM API OUT: the book's sources in OUT/src. Documents of the repository are taken as they are, but for links to Rust, which lead to
+"""pages.py PROGRAM API PAGE OUT: the book's sources in OUT/src. Documents of the repository are taken as they are, but for links to Rust, which lead to
 the pages of `cargo doc` (API), links to other files, which are copied beside, and formulas of the theory, which are set. Gallery, keys of scenes and
-the list of crates are made here."""
+the list of crates are made here; PAGE is the built page with the engine, which is copied."""
 
 import re
 import shutil
@@ -104,9 +104,20 @@ class Book:
                 print(f"gallery: {name}", flush=True)
                 ask("render", name, "--strip", "3", "--size", "420", "--quiet", "--out", str(picture))
             text += f"\n## {name}\n\n{about[0].upper()}{about[1:]}.\n\n![{name}](gallery/{name}.png)\n\n```sh\nrhexis run {name}\n```\n"
+            text += f"\n[Tear it here](play/page/index.html?scene={name})\n"
             text += f"\n<details><summary>The scene's file</summary>\n\n```toml\n{ask('scenes', '--show', name).strip()}\n```\n\n</details>\n"
         self.write("gallery.md", text)
         shutil.copytree(pictures, self.source / "gallery", dirs_exist_ok=True)
+
+    def play(self, page):
+        shutil.copytree(page, self.source / "play")
+        self.copy("bindings/web/capsule.png", "bindings/web/capsule.png")
+        self.write(
+            "play.md",
+            "# Tear it in a browser\n\n[![The page: a lens capsule whose flap is drawn by the mouse](bindings/web/capsule.png)](play/page/index.html)\n\n"
+            "[Open the page](play/page/index.html), then drag the tissue to grip and tear it, or cut a slit by the blade and tear from there. The engine runs in the "
+            "page; a mesh or scene of your own is dropped on it and goes nowhere else. Keys, figures and limits: [Rhexis in a browser](bindings/web/index.md#the-page).\n",
+        )
 
     def crates(self):
         text = "# Interface in Rust\n\nMade by `cargo doc`, with an example at each call.\n\n| crate | has |\n|---|---|\n"
@@ -115,12 +126,13 @@ class Book:
 
 
 def main():
-    program, folder_of_api, out = Path(sys.argv[1]).resolve(), Path(sys.argv[2]), Path(sys.argv[3])
+    program, folder_of_api, page_of_engine, out = (Path(name).resolve() for name in sys.argv[1:])
     shutil.rmtree(out / "src", ignore_errors=True)
     book = Book(folder_of_api, out)
     for page in book.pages:
         book.page(page)
     book.write("keys.md", keys.page(ROOT))
+    book.play(page_of_engine)
     book.crates()
     book.gallery(program, out / "pictures")
 
