@@ -41,7 +41,7 @@ case "${1:-all}" in
         ;;
     *) echo "build.sh: $1 is not known; give simd, plain or nothing for both" >&2 && exit 2 ;;
 esac
-cp js/index.js js/index.d.ts dist/
+cp js/index.js js/index.d.ts "$root"/LICENSE-* dist/
 cp page/* dist/page/
 three=node_modules/three
 cp $three/build/three.module.js $three/build/three.core.js $three/examples/jsm/controls/OrbitControls.js $three/LICENSE dist/page/vendor/
