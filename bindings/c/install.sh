@@ -34,7 +34,7 @@ if [ "$found" = no ]; then
 fi
 
 fill() {
-    sed -e "s|@PREFIX@|$prefix|g" -e "s|@VERSION@|$version|g" -e "s|@MAJOR@|$major|g" -e "s|@MINOR@|$minor|g" "$1" > "$2"
+    sed -e "s|@VERSION@|$version|g" -e "s|@MAJOR@|$major|g" -e "s|@MINOR@|$minor|g" "$1" > "$2"
 }
 fill "$here/rhexis.pc.in" "$prefix/lib/pkgconfig/rhexis.pc"
 fill "$here/cmake/rhexis-config.cmake.in" "$prefix/lib/cmake/rhexis/rhexis-config.cmake"
