@@ -8,7 +8,7 @@ SUP = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺ᵀ", "0123456789−+T"))
 NAMES = {"tr", "det", "adj", "dev", "exp", "max", "min"}
 CLOSES = {"(": ")", "[": "]", "|": "|"}
 TOKEN = re.compile(
-    r"\s+|\+=|[⎡⎢⎣].*?[⎤⎥⎦]|\d+(?:\.\d+)?|d(?:[A-Z](?![a-z])|[xt]\b)|[A-Za-z]{2,}(?![₀-₉])|[½¼⅓]|[A-Za-zα-ωΑ-Ω]\u0304?|_\w+|\^\S|[₀-₉ₑᵢ]+|[⁰¹²³⁴-⁹⁻⁺ᵀ]+|[′″']|."
+    r"\s+|\+=|[⎡⎢⎣].*?[⎤⎥⎦]|\d+(?:\.\d+)?|d(?:[A-Z](?![a-z])|[xt]\b)|[A-Za-z]{2,}(?![₀-₉])|[½¼⅓]|[A-Za-zα-ωΑ-Ω]\u0304?|_(?:\w+|∞)|\^\{[^}]*\}|\^\S|[₀-₉ₑᵢ]+|[⁰¹²³⁴-⁹⁻⁺ᵀ]+|[′″']|."
 )
 
 
@@ -58,8 +58,9 @@ class Line:
         return parts
 
     def is_word(self, token):
-        """An article is a word where one follows."""
-        return len(token) > 1 or re.match(r"\s+[a-z]{2,}", "".join(self.tokens[self.at + 1 : self.at + 3]))
+        """An article is a word where one follows; letters with an index are none."""
+        following = self.tokens[self.at + 1 : self.at + 2]
+        return (len(token) > 1 and not (following and following[0][0] in SUB)) or re.match(r"\s+[a-z]{2,}", "".join(self.tokens[self.at + 1 : self.at + 3]))
 
     def fraction(self):
         value = self.operand()
@@ -108,7 +109,7 @@ class Line:
             elif token[0] in SUP:
                 above.append("<mi>" + "".join(SUP[c] for c in token) + "</mi>")
             elif token[0] == "^":
-                above.append(f"<mi>{token[1:]}</mi>")
+                above += Line(token[1:].strip("{}")).until("")
             elif token in "′″'":
                 base = row([base, f'<mo lspace="0" rspace="0">{token.replace(chr(39), "′")}</mo>'])
             else:
