@@ -74,6 +74,10 @@ pub struct BodyReport {
     /// [budget](crate::settings::Settings::budget) allowed, still changed it by more than 0.3 % of the toughness, or the line search took only a fraction of the last one's answer.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_release_unsettled: bool,
+    /// Whether further solves ran out, four rounds or the step's [budget](crate::settings::Settings::budget), before friction, rigid obstacles or the bonds of
+    /// a bed met their laws in any part of the step: their forces belong to slightly different places.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub is_traction_unsettled: bool,
     /// Whether the step's [budget](crate::settings::Settings::budget) has left refinement around the tips to the next step.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_refinement_put_off: bool,

@@ -41,6 +41,7 @@ impl Simulation {
         for result in self.world.query_mut::<&mut SolveResult>() {
             (result.work, result.fallback_factors) = (0, 0);
             (result.is_tear_undecided, result.is_release_unsettled) = (false, false);
+            result.is_traction_unsettled = false;
         }
         self.report.has_failed = false;
     }
@@ -89,6 +90,7 @@ impl Simulation {
                 is_tear_cut_short: false,
                 is_tear_undecided: result.is_tear_undecided,
                 is_release_unsettled: result.is_release_unsettled,
+                is_traction_unsettled: result.is_traction_unsettled,
                 is_refinement_put_off: refined.is_some_and(|refined| refined.is_put_off),
                 is_step_limited: ledger.is_step_limited,
                 any_substep_limited: increment.any_substep_limited,

@@ -83,6 +83,7 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
             work_of_advance: 0,
             is_tear_undecided: false,
             is_release_unsettled: false,
+            is_traction_unsettled: false,
             is_cut_short: false,
             has_gliding_tips: false,
             follows_glide: false,

@@ -133,13 +133,25 @@ pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
             || external.is_some_and(|external| {
                 is_solved && external.coupled.rigid.iter().any(|coupling| pull(coupling, &scratch.contact) > MOST_PULL)
             });
-        let asks = (error > TOLERANCE * limit || pulls) && step.affords(result, 1);
+        let is_far = error > TOLERANCE * limit || pulls;
+        let asks = is_far && step.affords(result, 1);
+        result.is_traction_unsettled |= is_far && !asks;
         if asks {
             // Beside the forces that have pushed vertices out friction and weight are nothing.
             scratch.reference_sq = limit_sq;
         }
         result.select(asks);
         count += usize::from(asks);
+    }
+    count
+}
+
+/// Notes the bodies that were to be solved again when the rounds had run out. Returns their number.
+pub fn note_unsettled(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    for result in world.query_mut::<&mut SolveResult>() {
+        result.is_traction_unsettled |= result.is_active();
+        count += usize::from(result.is_active());
     }
     count
 }

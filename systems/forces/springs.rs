@@ -48,7 +48,7 @@ pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a mut SolveResult, &'a Springs);
     for (vertices, triangles, topology, result, springs) in world.query_mut::<Query>() {
-        if !(result.is_in_step && result.newton_iterations > 0 && step.affords(result, 1)) {
+        if !(result.is_in_step && result.newton_iterations > 0) {
             continue;
         }
         let (mut error, mut limit) = (0.0, 0.0);
@@ -63,7 +63,9 @@ pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
                 limit += area * law.strength();
             }
         }
-        let asks = error > TOLERANCE * limit;
+        let is_far = error > TOLERANCE * limit;
+        let asks = is_far && step.affords(result, 1);
+        result.is_traction_unsettled |= is_far && !asks;
         result.select(asks || result.is_active());
         count += usize::from(asks);
     }

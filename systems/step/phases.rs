@@ -142,7 +142,7 @@ const FRICTION: Phase = While(Loop {
     most: |step| if step.has(Part::ContactRounds) && !step.is_resumed { FRICTION_ROUNDS } else { 0 },
     context: |step, _| *step,
     phases: &[Group(LINEAR), Check, CONTACT],
-    used_up: &[],
+    used_up: &[Run(Stage::Unsettled)],
 });
 
 /// Further solves of the bodies whose tips are about to advance in this step, until the energy release there is at rest. One linear solve leaves the

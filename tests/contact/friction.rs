@@ -73,6 +73,26 @@ fn a_sheet_slides_above_the_angle_of_friction_as_the_law_says() {
 }
 
 #[test]
+fn friction_that_the_budget_leaves_off_its_law_is_told() {
+    // Steps whose friction was off its law, and those in which vertices were put back outside, without friction.
+    let told = |budget: Option<u32>| {
+        let (mut simulation, body) = on_slope(25.0, 0.3);
+        simulation.set_settings(Settings { budget, ..*simulation.settings() }).unwrap();
+        let (mut unsettled, mut projected) = (0, 0);
+        for _ in 0..40 {
+            let report = &simulation.step(5.0).unwrap().bodies[0];
+            unsettled += u32::from(report.is_traction_unsettled);
+            projected += u32::from(report.any_vertex_projected);
+        }
+        println!("budget {budget:?}: {unsettled}, {projected}, speed {:.4}", along(&simulation, body)[1]);
+        [unsettled, projected]
+    };
+    assert_eq!(told(None)[0], 0);
+    // Work of two solves, and of one.
+    assert!(told(Some(60))[0] > 0 && told(Some(30))[1] > 0);
+}
+
+#[test]
 fn a_plane_drawn_under_a_held_sheet_pulls_by_its_friction() {
     // The plane begins, turns back and stands still; the sheet's hold bears μ·m·g against each way, and nearly as much when it stands.
     let friction = 0.4;

@@ -61,6 +61,10 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         t.release_unsettled,
         "corrector solves (five, or fewer by run.budget, the last perhaps shortened) did not bring the energy release at a tip to rest",
     );
+    counted(
+        t.traction_unsettled,
+        "friction, rigid obstacles or bonds were off their laws after four rounds, or fewer by run.budget",
+    );
     counted(t.refinement_put_off, "refinement was left to the next step (run.budget)");
     if t.rolled_back > 0 {
         list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));

@@ -303,6 +303,8 @@ pub(super) struct SolverFigures {
     pub most_hand_ahead_mm: f64,
     /// Steps in which corrector solves ran out before the energy release at a tip came to rest.
     pub release_unsettled: Count,
+    /// Steps in which friction, rigid obstacles or bonds did not meet their laws.
+    pub traction_unsettled: Count,
     /// Steps that left refinement to the next one, the budget being used up.
     pub refinement_put_off: Count,
     /// Steps that were given up.
@@ -386,6 +388,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             hands_ahead: t.hands_ahead,
             most_hand_ahead_mm: t.most_hand_ahead,
             release_unsettled: t.release_unsettled,
+            traction_unsettled: t.traction_unsettled,
             refinement_put_off: t.refinement_put_off,
             failed: t.failed,
             rolled_back: t.rolled_back,

@@ -87,6 +87,8 @@ pub(super) struct Tally {
     /// Steps in which corrector solves ran out before the energy release at a tip came to rest.
     #[serde(default)]
     pub release_unsettled: Count,
+    /// Steps in which friction, rigid obstacles or bonds did not meet their laws.
+    pub traction_unsettled: Count,
     /// Steps that left refinement to the next one, the budget being used up.
     #[serde(default)]
     pub refinement_put_off: Count,
@@ -186,6 +188,7 @@ impl Tally {
         self.hands_ahead.note(ahead > 0.0, o.step);
         self.most_hand_ahead = self.most_hand_ahead.max(ahead);
         self.release_unsettled.note(report.bodies.iter().any(|body| body.is_release_unsettled), o.step);
+        self.traction_unsettled.note(report.bodies.iter().any(|body| body.is_traction_unsettled), o.step);
         self.refinement_put_off.note(report.bodies.iter().any(|body| body.is_refinement_put_off), o.step);
         self.rolled_back += u64::from(report.rolled_back);
         for (index, body) in

@@ -41,6 +41,8 @@ pub struct SolveResult {
     pub is_tear_undecided: bool,
     /// Whether corrector solves of this step ended before the energy release at a tip near its toughness came to rest.
     pub is_release_unsettled: bool,
+    /// Whether rounds or budget of this step ran out before friction, rigid obstacles or bonds met their laws.
+    pub is_traction_unsettled: bool,
     /// Whether the budget has ended the last linear solve before its tolerances were reached.
     pub(crate) is_cut_short: bool,
     /// Whether tips of the body glide in this step.

@@ -76,7 +76,7 @@ pub(in crate::systems::contact) fn couple(world: &mut World, step: &StepContext)
     }
     let bodies = bodies(world);
     let inertia = 1.0 / (step.stage_dt() * step.stage_dt());
-    type Query<'a> = (&'a SolveResult, &'a mut SolverScratch, &'a mut Forces, Option<&'a mut ExternalStiffness>);
+    type Query<'a> = (&'a mut SolveResult, &'a mut SolverScratch, &'a mut Forces, Option<&'a mut ExternalStiffness>);
     for &(at, _, rigid, deviation) in &rigid {
         // Bodies that are solved share the obstacle; the forces of the others stand.
         let (mut sharing, mut standing) = (0, [0.0; 6]);
@@ -98,7 +98,11 @@ pub(in crate::systems::contact) fn couple(world: &mut World, step: &StepContext)
             let Ok((result, scratch, forces, Some(external))) = world.query_one_mut::<Query>(body) else { continue };
             if result.is_active() {
                 let known = (at, rigid, deviation, standing);
-                external.coupled.rigid.extend(coupling(known, (share, inertia), &mut scratch.contact, forces));
+                let coupled = coupling(known, (share, inertia), &mut scratch.contact, forces);
+                // Numbers beyond all measure leave the obstacle free in this solve.
+                let is_free = coupled.is_none() && scratch.contact.touched.iter().any(|touch| touch.place == at);
+                result.is_traction_unsettled |= is_free;
+                external.coupled.rigid.extend(coupled);
             }
         }
     }
