@@ -60,7 +60,7 @@ fn a_body_that_is_refused_is_told() {
     let told = messages::<RhexisError>(&mut app);
     assert_eq!(told.len(), 1);
     let text = told[0].to_string();
-    assert!(text.starts_with(&format!("entity {tissue} (`patch`): triangle 0 is degenerate")), "{text}");
+    assert!(text.starts_with(&format!("entity {tissue} (`patch`): body `bad`: triangle 0 is degenerate")), "{text}");
     assert!(app.world().get::<TissueBody>(tissue).is_none());
     app.update();
     assert_eq!(messages::<RhexisError>(&mut app), []);
