@@ -173,7 +173,7 @@ fn lists_of_another_length_and_a_second_pre_stretch_under_a_published_law_are_re
         refused.unwrap_err()
     };
     let error = spawned(sheet().strengths(vec![1.0; 3]));
-    assert_eq!(error.to_string(), BodyError::ValueCount { what: "strengths", given: 3, needed: 32 }.to_string());
+    assert_eq!(error.source, BodyError::ValueCount { what: "strengths", given: 3, needed: 32 });
     assert!(spawned(sheet().toughnesses(vec![0.0; 32])).to_string().contains("not positive and finite"));
     let strains = vec![Sym2::new(f64::NAN, 0.0, 0.0); 32];
     assert!(spawned(sheet().pre_stretches(strains)).to_string().contains("not finite"));
