@@ -58,7 +58,7 @@ class Line:
         return parts
 
     def is_word(self, token):
-        """An article is a word where one follows; letters with an index are none."""
+        """An article is a word where one follows; letters with an index do not count."""
         following = self.tokens[self.at + 1 : self.at + 2]
         return (len(token) > 1 and not (following and following[0][0] in SUB)) or re.match(r"\s+[a-z]{2,}", "".join(self.tokens[self.at + 1 : self.at + 3]))
 

@@ -6,7 +6,7 @@ use rhexis::components::Contact;
 use rhexis_scene::Document;
 use rhexis_scene::measures::{CourseFigures, Outcome, TearCourse};
 
-/// Distance of layers \[mm\]: a third above the capsule's thickness.
+/// Distance of layers \[mm\], above the thickness of the capsules, 0.011 and 0.015 mm.
 const RADIUS: &str = "bodies.0.contact.self_contact.radius=0.02";
 
 /// A scene of the catalog with changes.
