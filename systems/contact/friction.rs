@@ -103,6 +103,34 @@ pub(super) fn add(
     }
 }
 
+/// A body after a solve.
+type Solved<'a> = (
+    (&'a Vertices, &'a Increment, &'a mut SolveResult, &'a mut SolverScratch),
+    (Option<&'a Contact>, Option<&'a ExternalStiffness>),
+);
+
+/// Whether friction is far from its law in the answer, or a rigid obstacle pulls, or `waits` on its way; with the sum of squares of Coulomb's bounds \[N²\].
+fn is_far(
+    ((vertices, increment, result, scratch), (contact, external)): &Solved<'_>,
+    (obstacles, waits): (&Obstacles, bool),
+) -> (bool, f64) {
+    if !(result.newton_iterations > 0 && result.is_in_step) {
+        return (false, 0.0);
+    }
+    let (mut error, mut limit, mut limit_sq) = (0.0, 0.0, 0.0);
+    if let Some(contact) = contact {
+        for (point, place) in places(&scratch.contact, (obstacles, contact.friction), (*vertices, *increment)) {
+            let force = across(point.normal, scratch.contact.touched[point.touch as usize].force);
+            error += (force + place.offset * point.stiffness).length();
+            limit += place.limit;
+            limit_sq += place.limit * place.limit;
+        }
+    }
+    let is_pulled = |coupling: &RigidCoupling| pull(coupling, &scratch.contact) > MOST_PULL;
+    let pulls = contact.is_some() && waits || external.is_some_and(|of| of.coupled.rigid.iter().any(is_pulled));
+    (error > TOLERANCE * limit || pulls, limit_sq)
+}
+
 /// Marks for another solve the bodies whose friction is far from its law in the answer, and those that a rigid obstacle has drawn along by vertices that it
 /// does not touch in the answer, or has left so that it is on its way to them again. Returns their number.
 pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -113,29 +141,10 @@ pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     let waits = super::rigid::any_waits(world);
     let mut count = 0;
-    type Query<'a> = (
-        (&'a Vertices, &'a Increment, &'a mut SolveResult, &'a mut SolverScratch),
-        (Option<&'a Contact>, Option<&'a ExternalStiffness>),
-    );
-    for ((vertices, increment, result, scratch), (contact, external)) in world.query_mut::<Query>() {
-        let (mut error, mut limit, mut limit_sq) = (0.0, 0.0, 0.0);
-        if let Some(contact) = contact.filter(|_| result.newton_iterations > 0 && result.is_in_step) {
-            for (point, place) in places(&scratch.contact, (&obstacles, contact.friction), (vertices, increment)) {
-                let force = across(point.normal, scratch.contact.touched[point.touch as usize].force);
-                error += (force + place.offset * point.stiffness).length();
-                limit += place.limit;
-                limit_sq += place.limit * place.limit;
-            }
-        }
-        let is_solved = result.newton_iterations > 0 && result.is_in_step;
-        let pulls = is_solved && contact.is_some() && waits;
-        let pulls = pulls
-            || external.is_some_and(|external| {
-                is_solved && external.coupled.rigid.iter().any(|coupling| pull(coupling, &scratch.contact) > MOST_PULL)
-            });
-        let is_far = error > TOLERANCE * limit || pulls;
+    for mut solved in world.query_mut::<Solved>() {
+        let (is_far, limit_sq) = is_far(&solved, (&obstacles, waits));
+        let (_, _, result, scratch) = &mut solved.0;
         let asks = is_far && step.affords(result, 1);
-        result.is_traction_unsettled |= is_far && !asks;
         if asks {
             // Beside the forces that have pushed vertices out friction and weight are nothing.
             scratch.reference_sq = limit_sq;
@@ -146,12 +155,18 @@ pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
-/// Notes the bodies that were to be solved again when the rounds had run out. Returns their number.
-pub fn note_unsettled(world: &mut hecs::World, _: &StepContext) -> usize {
+/// Notes the bodies whose friction is still far from its law after the rounds. Returns their number.
+pub fn unsettled(world: &mut hecs::World, step: &StepContext) -> usize {
+    let obstacles = super::obstacles(world);
+    if obstacles.is_empty() || step.is_resumed {
+        return 0;
+    }
+    let waits = super::rigid::any_waits(world);
     let mut count = 0;
-    for result in world.query_mut::<&mut SolveResult>() {
-        result.is_traction_unsettled |= result.is_active();
-        count += usize::from(result.is_active());
+    for solved in world.query_mut::<Solved>() {
+        let (is_far, _) = is_far(&solved, (&obstacles, waits));
+        solved.0.2.is_traction_unsettled |= is_far;
+        count += usize::from(is_far);
     }
     count
 }

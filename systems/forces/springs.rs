@@ -42,32 +42,48 @@ pub fn springs(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
+/// Whether bonds are far from their law in the answer.
+fn is_far((vertices, triangles, topology): (&Vertices, &Triangles, &Topology), springs: &Springs) -> bool {
+    let (mut error, mut limit) = (0.0, 0.0);
+    for (&row, anchor) in springs.anchors.rows().iter().zip(springs.anchors.values()) {
+        let Some(bond) = anchor.bond.filter(|bond| bond.damage < 1.0) else { continue };
+        let (v, (area, triangle)) = (row as usize, topology.areas_at(triangles, row));
+        let opening = vertices.position[v].distance(anchor.point);
+        let law = Separation::new(anchor.stiffness, bond.strength, bond.energy, triangle);
+        let damage = law.damage(opening).max(bond.damage);
+        if damage > 0.0 || bond.solved > 0.0 {
+            error += area * anchor.stiffness * opening * (damage - bond.solved).abs();
+            limit += area * law.strength();
+        }
+    }
+    error > TOLERANCE * limit
+}
+
 /// Marks for another solve the bodies whose bonds are far from their law in the answer: tissue that snaps off would be drawn back by springs as stiff as
 /// before. Returns their number.
 pub fn far_from_law(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a mut SolveResult, &'a Springs);
     for (vertices, triangles, topology, result, springs) in world.query_mut::<Query>() {
-        if !(result.is_in_step && result.newton_iterations > 0) {
+        if !(result.is_in_step && result.newton_iterations > 0 && step.affords(result, 1)) {
             continue;
         }
-        let (mut error, mut limit) = (0.0, 0.0);
-        for (&row, anchor) in springs.anchors.rows().iter().zip(springs.anchors.values()) {
-            let Some(bond) = anchor.bond.filter(|bond| bond.damage < 1.0) else { continue };
-            let (v, (area, triangle)) = (row as usize, topology.areas_at(triangles, row));
-            let opening = vertices.position[v].distance(anchor.point);
-            let law = Separation::new(anchor.stiffness, bond.strength, bond.energy, triangle);
-            let damage = law.damage(opening).max(bond.damage);
-            if damage > 0.0 || bond.solved > 0.0 {
-                error += area * anchor.stiffness * opening * (damage - bond.solved).abs();
-                limit += area * law.strength();
-            }
-        }
-        let is_far = error > TOLERANCE * limit;
-        let asks = is_far && step.affords(result, 1);
-        result.is_traction_unsettled |= is_far && !asks;
+        let asks = is_far((vertices, triangles, topology), springs);
         result.select(asks || result.is_active());
         count += usize::from(asks);
+    }
+    count
+}
+
+/// Notes the bodies whose bonds are still far from their law after the rounds. Returns their number.
+pub fn unsettled(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a mut SolveResult, &'a Springs);
+    for (vertices, triangles, topology, result, springs) in world.query_mut::<Query>() {
+        let is_solved = result.is_in_step && result.newton_iterations > 0 && !step.is_resumed;
+        let is_far = is_solved && is_far((vertices, triangles, topology), springs);
+        result.is_traction_unsettled |= is_far;
+        count += usize::from(is_far);
     }
     count
 }

@@ -70,7 +70,7 @@ pub const PHASES: &[Phase] = &[AtLeastOnce(Loop {
         Group(SOLVE),
         Run(Stage::Judge),
         Check,
-        When(is_linear, &[CONTACT, FRICTION]),
+        When(is_linear, &[CONTACT, FRICTION, Run(Stage::Unsettled)]),
         Run(Stage::PreventTunnelling),
         Run(Stage::Decide),
         When(is_linear, from_ref(&CORRECTOR)),
@@ -142,7 +142,7 @@ const FRICTION: Phase = While(Loop {
     most: |step| if step.has(Part::ContactRounds) && !step.is_resumed { FRICTION_ROUNDS } else { 0 },
     context: |step, _| *step,
     phases: &[Group(LINEAR), Check, CONTACT],
-    used_up: &[Run(Stage::Unsettled)],
+    used_up: &[],
 });
 
 /// Further solves of the bodies whose tips are about to advance in this step, until the energy release there is at rest. One linear solve leaves the

@@ -36,7 +36,7 @@ pub enum Stage {
     Penetrating,
     /// Selects and counts the bodies whose friction is far from its law in the answer.
     Slipping,
-    /// Note of the bodies that need another round of friction where the rounds are used up.
+    /// Notes and counts the bodies whose friction or bonds are still far from their laws after the rounds of friction.
     Unsettled,
     /// Depenetration where the rounds of contact are used up and a vertex is still deep in an obstacle.
     Depenetrate,
@@ -126,7 +126,8 @@ pub const STEP: &[System] = &[
     system("contact: slipping", Stage::Slipping, systems::contact::friction::far_from_law),
     system("springs: far from law", Stage::Slipping, systems::forces::springs::far_from_law),
     system("bodies: slipping", Stage::Slipping, systems::contact::layers::select_together),
-    system("traction: unsettled", Stage::Unsettled, systems::contact::friction::note_unsettled),
+    system("contact: unsettled", Stage::Unsettled, systems::contact::friction::unsettled),
+    system("springs: unsettled", Stage::Unsettled, systems::forces::springs::unsettled),
     system("contact: depenetrate", Stage::Depenetrate, systems::contact::depenetrate),
     system("contact: prevent tunnelling", Stage::PreventTunnelling, systems::contact::prevent_tunnelling),
     system("layers: keep apart", Stage::PreventTunnelling, systems::contact::layers::keep_apart),
