@@ -101,6 +101,7 @@ mod readme {}
 /// [elasticity]: crate::theory::elasticity
 /// [fibres]: crate::theory::fibres
 /// [relaxation]: crate::theory::relaxation
+/// [compartment]: crate::theory::compartment
 /// [bending]: crate::theory::bending
 /// [contact]: crate::theory::contact
 /// [integration]: crate::theory::integration
@@ -124,6 +125,9 @@ pub mod theory {
     /// [sleep]: crate::theory::sleep
     #[doc = include_str!("../docs/theory/relaxation.md")]
     pub mod relaxation {}
+    /// [balance]: crate::theory::energy#energy-balance
+    #[doc = include_str!("../docs/theory/compartment.md")]
+    pub mod compartment {}
     #[doc = include_str!("../docs/theory/bending.md")]
     pub mod bending {}
     #[doc = include_str!("../docs/theory/contact.md")]

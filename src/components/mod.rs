@@ -24,6 +24,7 @@ mod state;
 
 #[doc(hidden)]
 pub use crate::event::{BlockedNucleation, DecidedBy, PartedBy, RingFault};
+pub use crate::math::compartment::Content;
 pub use crate::math::holzapfel_gasser_ogden::{FibreFamily, GroundSubstance, HolzapfelGasserOgden};
 pub use crate::math::relaxation::Branch;
 pub use crate::math::stiffening_fibres::StiffeningFibres;
@@ -51,6 +52,8 @@ pub use derived::stops::Stops;
 pub use parameter::attributes::{Attributes, Channel};
 pub use parameter::bending::Bending;
 pub use parameter::body::{Body, Planar};
+pub use parameter::compartment::Compartment;
+pub(crate) use parameter::compartment::check_volume;
 pub use parameter::curve::{BadCurve, Curve};
 pub use parameter::energy_criterion::EnergyCriterion;
 pub use parameter::environment::{Damping, Drag, Gravity, PreStretch, Pressure};
@@ -73,6 +76,10 @@ pub use parameter::springs::{Anchor, Bond, Springs};
 pub use parameter::tearing::{InadmissibleToughness, TearMode, TearRate, Tearing, Toughness};
 pub use parameter::turning::{HoldTurns, Turning};
 pub use state::blade::Blade;
+pub use state::compartment_state::CompartmentState;
+#[doc(hidden)]
+pub use state::compartment_state::VolumeStiffness;
+pub(crate) use state::compartment_state::{CompartmentWork, Outcome, Trial};
 pub use state::energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub(crate) use state::energy_audit::{Equilibrium, Shares};
 pub use state::forceps::{Forceps, Grasp, Motion, Pose};

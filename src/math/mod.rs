@@ -3,6 +3,7 @@
 //!
 //! Nothing here allocates, panics or knows of meshes. Units are the caller's: the engine uses mm, g, ms, N, MPa.
 
+pub(crate) mod compartment;
 mod element;
 pub mod elementary;
 mod faded;

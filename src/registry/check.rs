@@ -79,6 +79,7 @@ components!(walk);
 
 /// Rules between the components of a body.
 pub(crate) fn check_rules(body: &impl Look) -> Result<(), BodyError> {
+    let refused = |what| BodyError::Contradiction { component: "Compartment", what };
     let rules = [
         (body.has::<Refinement>() && !body.has::<Tearing>(), BodyError::RefinementWithoutTearing),
         (body.has::<EnergyCriterion>() && !body.has::<Tearing>(), BodyError::EnergyCriterionWithoutTearing),
@@ -89,14 +90,41 @@ pub(crate) fn check_rules(body: &impl Look) -> Result<(), BodyError> {
         ),
         (body.has::<Bending>() && body.has::<Planar>(), BodyError::BendingInPlane),
         (
+            body.has::<Compartment>() && body.has::<Planar>(),
+            refused("a planar body bounds no volume: let it leave its plane, or leave the compartment out"),
+        ),
+        (
+            body.has::<Compartment>() && body.has::<Pressure>(),
+            refused("`Pressure` is on the body too: leave that out, or give it as the pressure `outside`"),
+        ),
+        (
             body.has::<HolzapfelGasserOgden>() && body.look(Triangles::are_pre_stretched).unwrap_or(false),
             BodyError::PublishedLawPreStretched,
         ),
     ];
     rules.into_iter().find(|(is_broken, _)| *is_broken).map_or(Ok(()), |(_, error)| Err(error))?;
     check_holds(body)?;
+    check_compartment(body)?;
     let held = body.look(|held: &PreStretch| held.strain).unwrap_or(Sym2::ZERO);
     body.look(|law: &HolzapfelGasserOgden| law.check_under(held)).unwrap_or(Ok(()))
+}
+
+/// Volume at which a compartment begins; one that is filled already has begun.
+fn check_compartment(body: &impl Look) -> Result<(), BodyError> {
+    if body.has::<CompartmentState>() {
+        return Ok(());
+    }
+    let begins = |compartment: &Compartment, vertices: &Vertices, triangles: &Triangles, topology: &Topology| {
+        check_volume(CompartmentState::new(compartment, (vertices, triangles, topology)).volume)
+    };
+    let volume = body.look(|compartment: &Compartment| {
+        body.look(|vertices: &Vertices| {
+            body.look(|triangles: &Triangles| {
+                body.look(|topology: &Topology| begins(compartment, vertices, triangles, topology))
+            })
+        })
+    });
+    volume.flatten().flatten().flatten().unwrap_or(Ok(()))
 }
 
 /// Rules between holds, their rotations and the axes they leave free.

@@ -2,7 +2,7 @@
 
 use super::Look;
 use crate::components::*;
-use crate::storage::{Tips, Triangles};
+use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::forces::relaxation::rest;
 use crate::systems::fracture::{TearScratch, TipMemory};
@@ -62,8 +62,12 @@ impl Give for Inside<'_> {
     }
 }
 
-/// Completes an entity of a world, and takes off it the angles of a bending that it no longer has: solves would go on by them.
+/// Completes an entity of a world, and takes off it the angles of a bending and the content of a compartment that it no longer has: solves would go on by
+/// them.
 pub(crate) fn complete_in(world: &mut World, entity: Entity) {
+    if world.satisfies::<hecs::Without<&CompartmentState, &Compartment>>(entity) {
+        let _ = world.remove_one::<CompartmentState>(entity);
+    }
     complete(&mut Inside { world, entity });
     if world.satisfies::<hecs::Without<&DihedralAngles, &Bending>>(entity) {
         let _ = world.remove_one::<DihedralAngles>(entity);
@@ -113,8 +117,26 @@ pub(crate) fn complete(entity: &mut impl Give) {
         entity.give(contact);
     }
     relax(entity);
+    fill(entity);
     if entity.has::<Springs>() || entity.has::<Grips>() || entity.has::<Drag>() || entity.has::<Contact>() {
         entity.ensure::<ExternalStiffness>();
+    }
+}
+
+/// Begins the content of a compartment, unless it has begun.
+fn fill(entity: &mut impl Give) {
+    if entity.has::<CompartmentState>() {
+        return;
+    }
+    let state = entity.look(|compartment: &Compartment| {
+        entity.look(|vertices: &Vertices| {
+            entity.look(|triangles: &Triangles| {
+                entity.look(|topology: &Topology| CompartmentState::new(compartment, (vertices, triangles, topology)))
+            })
+        })
+    });
+    if let Some(state) = state.flatten().flatten().flatten() {
+        entity.give(state);
     }
 }
 

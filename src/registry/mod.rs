@@ -55,6 +55,10 @@ macro_rules! components {
             }
             parameter, saved last, recorded {
                 relaxation: Relaxation,
+                compartment: Compartment,
+            }
+            state, saved last {
+                contents: CompartmentState,
             }
             parameter, saved {
                 body: Body,
@@ -110,6 +114,7 @@ macro_rules! recorded_components {
             Attributes or Attributes::default();
             Bending or Bending::default();
             Blade;
+            Compartment or Compartment::default();
             Contact or Contact::default();
             Damping;
             Drag;

@@ -18,14 +18,16 @@ pub trait ParameterVisitor {
 /// Positions and velocities of a body.
 type Motion = (Vec<DVec3>, Vec<DVec3>);
 
-/// End of the bytes. The first two forms are those of an option, as bytes were before a component stood last.
+/// End of the bytes. The first two forms are those of an option, as bytes were before a component stood last; the third and the fourth those
+/// before a second one did.
 #[cfg(feature = "snapshot")]
 #[derive(serde::Serialize, serde::Deserialize)]
-enum Tail<M, L> {
+enum Tail<M, L, K> {
     None,
     Motion(M),
     Last(L),
     Both(M, L),
+    All(Option<M>, Option<L>, K),
 }
 
 /// Declares [`Parameters`].
@@ -33,22 +35,23 @@ macro_rules! parameters {
     (
         parameter, saved, recorded { $($p:ident: $parameter:ty,)* }
         state, saved, recorded { $($t:ident: $tool:ty,)* }
-        parameter, saved last, recorded { $last:ident: $late:ty, }
+        parameter, saved last, recorded { $last:ident: $late:ty, $later:ident: $latest:ty, }
         $($rest:tt)*
     ) => {
-        parameters! { last $last: $late, $($p: $parameter,)* $($t: $tool,)* }
+        parameters! { last $last: $late, $later: $latest, $($p: $parameter,)* $($t: $tool,)* }
     };
-    (last $last:ident: $late:ty, $($name:ident: $component:ty,)*) => {
+    (last $last:ident: $late:ty, $later:ident: $latest:ty, $($name:ident: $component:ty,)*) => {
         /// The parameters of an entity, or those of them that have changed: outer `None` where one has not, inner where it is gone.
         #[derive(Clone, Default)]
         pub struct Parameters {
             $( $name: Option<Option<$component>>, )*
             $last: Option<Option<$late>>,
+            $later: Option<Option<$latest>>,
             /// Positions and velocities.
             motion: Option<Motion>,
         }
 
-        /// Form of bytes: `motion` and the component that stands last are the tail.
+        /// Form of bytes: `motion` and the components that stand last are the tail.
         #[cfg(feature = "snapshot")]
         mod form {
             use super::*;
@@ -57,22 +60,23 @@ macro_rules! parameters {
             #[derive(Serialize)]
             struct Written<'a> {
                 $( $name: &'a Option<Option<$component>>, )*
-                tail: Tail<&'a Motion, &'a Option<$late>>,
+                tail: Tail<&'a Motion, &'a Option<$late>, &'a Option<$latest>>,
             }
 
             #[derive(Deserialize)]
             struct Read {
                 $( $name: Option<Option<$component>>, )*
-                tail: Tail<Motion, Option<$late>>,
+                tail: Tail<Motion, Option<$late>, Option<$latest>>,
             }
 
             impl Serialize for Parameters {
                 fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-                    let tail = match (&self.motion, &self.$last) {
-                        (None, None) => Tail::None,
-                        (Some(motion), None) => Tail::Motion(motion),
-                        (None, Some(last)) => Tail::Last(last),
-                        (Some(motion), Some(last)) => Tail::Both(motion, last),
+                    let tail = match (self.motion.as_ref(), self.$last.as_ref(), self.$later.as_ref()) {
+                        (None, None, None) => Tail::None,
+                        (Some(motion), None, None) => Tail::Motion(motion),
+                        (None, Some(last), None) => Tail::Last(last),
+                        (Some(motion), Some(last), None) => Tail::Both(motion, last),
+                        (motion, last, Some(later)) => Tail::All(motion, last, later),
                     };
                     Written { $( $name: &self.$name, )* tail }.serialize(to)
                 }
@@ -81,18 +85,19 @@ macro_rules! parameters {
             impl<'de> Deserialize<'de> for Parameters {
                 fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
                     let Read { $( $name, )* tail } = Read::deserialize(from)?;
-                    let (motion, $last) = match tail {
-                        Tail::None => (None, None),
-                        Tail::Motion(motion) => (Some(motion), None),
-                        Tail::Last(last) => (None, Some(last)),
-                        Tail::Both(motion, last) => (Some(motion), Some(last)),
+                    let (motion, $last, $later) = match tail {
+                        Tail::None => (None, None, None),
+                        Tail::Motion(motion) => (Some(motion), None, None),
+                        Tail::Last(last) => (None, Some(last), None),
+                        Tail::Both(motion, last) => (Some(motion), Some(last), None),
+                        Tail::All(motion, last, later) => (motion, last, Some(later)),
                     };
-                    Ok(Self { $( $name, )* $last, motion })
+                    Ok(Self { $( $name, )* $last, $later, motion })
                 }
             }
         }
 
-        parameters! { all $( $name: $component, )* $last: $late, }
+        parameters! { all $( $name: $component, )* $last: $late, $later: $latest, }
     };
     (all $($name:ident: $component:ty,)*) => {
 

@@ -6,7 +6,7 @@ use crate::replay::Input;
 use crate::report::Report;
 use crate::settings::{LinearParams, OutOfRange};
 use crate::systems::StepContext;
-use crate::systems::forces::relaxation;
+use crate::systems::forces;
 use crate::systems::step::faults::is_finite;
 use crate::systems::step::phases::STATIC_PHASES;
 use crate::systems::step::run::{Excluded, Running};
@@ -30,7 +30,7 @@ impl Simulation {
     pub fn settle(&mut self, dt: f64, tolerance: f64) -> Result<&Report, SimulationError> {
         self.note(|| Input::Settle { dt, tolerance });
         self.find_equilibrium(dt, tolerance)?;
-        relaxation::end(&mut self.world, true);
+        forces::end(&mut self.world, true);
         self.use_forces_up();
         Ok(&self.report)
     }
@@ -95,7 +95,7 @@ impl Simulation {
             self.undo(&step);
             return Err(SimulationError::NoLinearAnswer { time: step.time, residual });
         }
-        relaxation::end(&mut self.world, true);
+        forces::end(&mut self.world, true);
         self.report.time = step.time;
         self.note_contact_forces();
         self.use_forces_up();

@@ -4,6 +4,7 @@ mod advice;
 mod apply_force;
 mod bed;
 mod blade;
+mod compartment;
 mod debug_lines;
 mod dirty;
 mod doubts;

@@ -2,8 +2,8 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::{
-    Attributes, Changes, EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads, Reactions, Springs,
-    StepForces, TearDecisions,
+    Attributes, Changes, CompartmentState, EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads,
+    Reactions, Springs, StepForces, TearDecisions,
 };
 use crate::replay::Input;
 use crate::storage::{BodyId, Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
@@ -33,7 +33,12 @@ impl Simulation {
                 Option<&'a mut StepForces>,
                 Option<&'a mut Changes>,
             ),
-            (Option<&'a mut Tips>, Option<&'a mut TearDecisions>, Option<&'a mut Attributes>),
+            (
+                Option<&'a mut Tips>,
+                Option<&'a mut TearDecisions>,
+                Option<&'a mut Attributes>,
+                Option<&'a mut CompartmentState>,
+            ),
         );
         self.note(|| Input::Reorder(body));
         self.validate_dirty()?;
@@ -43,7 +48,7 @@ impl Simulation {
             (increment, frames, factor, audit),
             (holds, reactions, springs, grips),
             (point_loads, edge_loads, step_forces, changes),
-            (tips, decisions, attributes),
+            (tips, decisions, attributes, compartment),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
         let order = Order::along_curve(&mesh);
@@ -77,6 +82,10 @@ impl Simulation {
                     sort(&places, forces);
                 }
             }
+        }
+        if let Some(compartment) = compartment {
+            compartment.rim.renumber(row);
+            compartment.answer.clear();
         }
         if let Some(springs) = springs {
             springs.anchors.renumber(row);

@@ -8,8 +8,8 @@ use crate::event::{Event, EventKind};
 use crate::report::{BodyReport, GuardFigures};
 use crate::storage::{BodyId, Tips, Triangles, Vertices};
 use crate::systems::StepContext;
+use crate::systems::forces;
 use crate::systems::forces::hold::{Held, behind};
-use crate::systems::forces::relaxation;
 use crate::systems::step::faults::{fault_in, restore};
 use hecs::{Entity, World};
 use smallvec::SmallVec;
@@ -23,7 +23,7 @@ impl Simulation {
             figures.into_iter().filter(|figure| !figure.is_finite()).for_each(|figure| *figure = 0.0);
         }
         restore(&mut self.world, step, self.report.time);
-        relaxation::end(&mut self.world, false);
+        forces::end(&mut self.world, false);
         for body in self.bodies() {
             // A body from the list exists.
             let _ = self.refresh(body);

@@ -9,7 +9,7 @@ use crate::replay::Input;
 use crate::report::Report;
 use crate::storage::{BodyId, EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
-use crate::systems::forces::relaxation;
+use crate::systems::forces;
 use crate::systems::fracture::split::{add_tip, note_parted};
 use crate::systems::fracture::{
     CutOutcome, Cutter, Followers, FollowersQuery, NewTip, Quality, TearRefusal, TearScratch,
@@ -223,7 +223,7 @@ impl Simulation {
             pool.run(|| {
                 running.stage(world, &step, Stage::Decide);
                 running.stage(world, &step, Stage::Tear);
-                relaxation::end(world, true);
+                forces::end(world, true);
             });
             self.check_callers(&step)?;
             self.collect_events();
@@ -233,7 +233,7 @@ impl Simulation {
             }
             self.find_equilibrium(0.0, tolerance)?;
         }
-        relaxation::end(&mut self.world, true);
+        forces::end(&mut self.world, true);
         self.use_forces_up();
         self.note_unfinished_tears();
         Ok(&self.report)

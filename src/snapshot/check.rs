@@ -98,6 +98,9 @@ fn check_body(saved: &Saved) -> Result<Topology, SnapshotError> {
             return Err(wrong("the history of its relaxation is none of its triangles"));
         }
     }
+    if saved.tail.compartment.is_some() != saved.tail.contents.is_some() {
+        return Err(wrong("its compartment has no content, or a content no compartment"));
+    }
     // One that sleeps keeps its decisions, of which no step asks anew.
     let asks = |decision: &TearDecision| !(decision.value <= 1.0);
     if saved.sleeping.as_ref().is_some_and(|sleeping| sleeping.is_asleep())

@@ -1,6 +1,6 @@
 //! A number that tells two states apart.
 
-use crate::components::{Body, Grips, GuardLedger, Increment, JawsTarget, ObstacleMotion, Rigid};
+use crate::components::{Body, CompartmentState, Grips, GuardLedger, Increment, JawsTarget, ObstacleMotion, Rigid};
 use crate::math::Sym2;
 use crate::storage::{Tips, Triangles, Vertices};
 use glam::DVec3;
@@ -20,6 +20,7 @@ use xxhash_rust::xxh3::Xxh3;
 /// - number of tips, their keys, vertices, last directions, ideal points, criterion values, falls of G/G_c, marks;
 /// - for every grip the number of held vertices, their rows and their places in the jaws, and the jaws' target and its pace where it is behind
 ///   the hand;
+/// - content, pressure, leaked volume and opening of its compartment, where it has one;
 /// - the pace of holds after a limited step;
 ///
 /// and over centre, velocity and spin of every rigid obstacle in order of spawning.
@@ -45,11 +46,11 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
     let mut hash = Numbers(Xxh3::new());
     hash.whole(step);
     hash.real(time);
-    type Memory<'a> = (Option<&'a Grips>, Option<&'a GuardLedger>, Option<&'a Increment>);
+    type Memory<'a> = (Option<&'a Grips>, Option<&'a GuardLedger>, Option<&'a Increment>, Option<&'a CompartmentState>);
     let mut query = world.query::<(&Body, &Vertices, &Triangles, Option<&Tips>, Memory)>();
     let mut bodies: Vec<_> = query.iter().collect();
     bodies.sort_unstable_by_key(|(body, ..)| body.order);
-    for (body, vertices, triangles, tips, (grips, ledger, increment)) in bodies {
+    for (body, vertices, triangles, tips, (grips, ledger, increment, compartment)) in bodies {
         hash.whole(u64::from(body.order));
         hash.keys(vertices.keys());
         for column in [&vertices.position, &vertices.velocity, &vertices.rest_position] {
@@ -101,6 +102,9 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
             hash.row(contact.row);
             hash.points(&[contact.offset, contact.slip[0], contact.slip[1]]);
             hash.real(contact.normal_force);
+        }
+        if let Some(CompartmentState { content, pressure, leaked, opening, .. }) = compartment {
+            [content, pressure, leaked, opening].into_iter().for_each(|value| hash.real(*value));
         }
         // Not of bodies whose holds go all their way.
         if let Some(ledger) = ledger.filter(|ledger| ledger.hold_pace > 0.0) {

@@ -22,7 +22,8 @@ macro_rules! saved {
     (
         parameter, saved, recorded { $($a:ident: $p:ty,)* }
         state, saved, recorded { $($b:ident: $q:ty,)* }
-        parameter, saved last, recorded { $last:ident: $late:ty, }
+        parameter, saved last, recorded { $($last:ident: $late:ty,)* }
+        state, saved last { $($later:ident: $latest:ty,)* }
         parameter, saved { $($c:ident: $r:ty,)* }
         state, saved { $($d:ident: $s:ty,)* }
         state, saved, of the last step { $($e:ident: $t:ty,)* }
@@ -34,14 +35,14 @@ macro_rules! saved {
             kept { $($a: $p,)* $($b: $q,)* $($c: $r,)* $($d: $s,)* $($e: $t,)* }
             derived { $($derived)* }
             in part { $($solver,)* $($other,)* }
-            last { $last: $late }
+            last { $($last: $late,)* $($later: $latest,)* }
         }
     };
     (
         kept { $($name:ident: $kept:ty,)* }
         derived { $($flag:ident: $derived:ty,)* }
         in part { $($part:ty,)* }
-        last { $last:ident: $late:ty }
+        last { $($last:ident: $late:ty,)* }
     ) => {
         /// A body, an obstacle or a tool with all its components.
         #[derive(Clone)]
@@ -85,7 +86,7 @@ macro_rules! saved {
                             .as_ref()
                             .and_then(|triangles| triangles.relaxing.as_ref())
                             .map_or(Vec::new(), |relaxing| relaxing.creep.clone()),
-                        $last: entity.get::<&$late>().map(|component| (*component).clone()),
+                        $( $last: entity.get::<&$late>().map(|component| (*component).clone()), )*
                         mixed: entity
                             .get::<&MixedSolver>()
                             .zip(triangles)
@@ -100,9 +101,9 @@ macro_rules! saved {
                 $( if let Some(component) = &self.$name {
                     Check::check(component, host)?;
                 } )*
-                if let Some(component) = &self.tail.$last {
+                $( if let Some(component) = &self.tail.$last {
                     Check::check(component, host)?;
-                }
+                } )*
                 check_rules(self)
             }
 
@@ -116,9 +117,7 @@ macro_rules! saved {
                 }
                 self.relax();
                 let mut builder = EntityBuilder::new();
-                if let Some(component) = self.tail.$last {
-                    builder.add(component);
-                }
+                $( if let Some(component) = self.tail.$last { builder.add(component); } )*
                 $( if let Some(component) = self.$name { builder.add(component); } )*
                 $( if self.$flag { builder.add(<$derived>::default()); } )*
                 if self.has_folds {
@@ -141,11 +140,11 @@ macro_rules! saved {
                 {
                     return Some(look(component));
                 } )*
-                if let Some(component) = &self.tail.$last
+                $( if let Some(component) = &self.tail.$last
                     && let Some(component) = (component as &dyn Any).downcast_ref::<C>()
                 {
                     return Some(look(component));
-                }
+                } )*
                 None
             }
         }
@@ -156,7 +155,7 @@ macro_rules! saved {
                 $( TypeId::of::<$kept>(), )*
                 $( TypeId::of::<$derived>(), )*
                 $( TypeId::of::<$part>(), )*
-                TypeId::of::<$late>(),
+                $( TypeId::of::<$late>(), )*
             ];
             known.contains(&id)
         }
@@ -170,7 +169,7 @@ macro_rules! saved {
             $( let _ = world.remove_one::<$kept>(entity); )*
             $( let _ = world.remove_one::<$derived>(entity); )*
             $( let _ = world.remove_one::<$part>(entity); )*
-            let _ = world.remove_one::<$late>(entity);
+            $( let _ = world.remove_one::<$late>(entity); )*
             true
         }
     };

@@ -1,7 +1,7 @@
-//! The end of an entity's bytes: the solver's memory and, of a body that relaxes, relaxation and history. Bytes without are those of older
-//! versions, which knew none.
+//! The end of an entity's bytes: the solver's memory, of a body that relaxes relaxation and history, of one with a compartment that and its content.
+//! Bytes without are those of older versions, which knew none.
 
-use crate::components::Relaxation;
+use crate::components::{Compartment, CompartmentState, Relaxation};
 use crate::math::Sym2;
 use crate::systems::solver::MixedState;
 #[cfg(feature = "snapshot")]
@@ -16,6 +16,10 @@ pub(crate) struct Tail {
     pub relaxation: Option<Relaxation>,
     /// History of its branches: strains per triangle.
     pub creep: Vec<Vec<Sym2>>,
+    /// Compartment under the body.
+    pub compartment: Option<Compartment>,
+    /// Content of the compartment.
+    pub contents: Option<CompartmentState>,
 }
 
 /// Form of bytes that are written. The first two are those of an option.
@@ -25,6 +29,13 @@ enum Written<'a> {
     None,
     Elastic(&'a MixedState),
     Relaxing(&'a Option<MixedState>, &'a Relaxation, &'a [Vec<Sym2>]),
+    Filled(
+        &'a Option<MixedState>,
+        &'a Option<Relaxation>,
+        &'a [Vec<Sym2>],
+        &'a Compartment,
+        &'a Option<CompartmentState>,
+    ),
 }
 
 /// Form of bytes that are read.
@@ -34,13 +45,17 @@ enum Read {
     None,
     Elastic(MixedState),
     Relaxing(Option<MixedState>, Relaxation, Vec<Vec<Sym2>>),
+    Filled(Option<MixedState>, Option<Relaxation>, Vec<Vec<Sym2>>, Box<Compartment>, Option<Box<CompartmentState>>),
 }
 
 #[cfg(feature = "snapshot")]
 impl Serialize for Tail {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         match self {
-            Self { mixed, relaxation: Some(relaxation), creep } => Written::Relaxing(mixed, relaxation, creep),
+            Self { mixed, relaxation, creep, compartment: Some(compartment), contents } => {
+                Written::Filled(mixed, relaxation, creep, compartment, contents)
+            }
+            Self { mixed, relaxation: Some(relaxation), creep, .. } => Written::Relaxing(mixed, relaxation, creep),
             Self { mixed: Some(mixed), .. } => Written::Elastic(mixed),
             Self { mixed: None, .. } => Written::None,
         }
@@ -54,7 +69,12 @@ impl<'de> Deserialize<'de> for Tail {
         Ok(match Read::deserialize(from)? {
             Read::None => Self::default(),
             Read::Elastic(mixed) => Self { mixed: Some(mixed), ..Self::default() },
-            Read::Relaxing(mixed, relaxation, creep) => Self { mixed, relaxation: Some(relaxation), creep },
+            Read::Relaxing(mixed, relaxation, creep) => {
+                Self { mixed, relaxation: Some(relaxation), creep, ..Self::default() }
+            }
+            Read::Filled(mixed, relaxation, creep, compartment, contents) => {
+                Self { mixed, relaxation, creep, compartment: Some(*compartment), contents: contents.map(|own| *own) }
+            }
         })
     }
 }

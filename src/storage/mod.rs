@@ -13,6 +13,7 @@
 
 mod apply;
 mod attached;
+mod closure;
 mod draft;
 mod edit;
 mod edit_log;
@@ -37,6 +38,8 @@ mod validate;
 #[doc(hidden)]
 pub use apply::{Mesh, apply, undo};
 pub use attached::{Attached, Attachment};
+#[doc(hidden)]
+pub use closure::Closure;
 #[doc(hidden)]
 pub use edit::{Edit, Refusal};
 pub(crate) use edit_log::{EditLog, Revision};

@@ -1,7 +1,8 @@
 //! Components that refer to vertices and follow edits of the mesh.
 
 use crate::components::{
-    Attributes, Changes, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, StepForces,
+    Attributes, Changes, CompartmentState, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs,
+    StepForces,
 };
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
 
@@ -10,7 +11,7 @@ pub type FollowersQuery<'a> = (
     &'a mut Increment,
     (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
     (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
-    (Option<&'a mut Attributes>, Option<&'a mut Changes>),
+    (Option<&'a mut Attributes>, Option<&'a mut Changes>, Option<&'a mut CompartmentState>),
 );
 
 /// Components of a body that follow edits.
@@ -36,17 +37,34 @@ pub struct Followers<'a> {
     pub attributes: Option<&'a mut Attributes>,
     /// The list of changes that somebody has asked for.
     pub changes: Option<&'a mut Changes>,
+    /// Content of a compartment, with the rims of its lids.
+    pub compartment: Option<&'a mut CompartmentState>,
 }
 
 impl<'a> Followers<'a> {
     /// The followers of a body, with the list of additions to its mesh.
     pub fn of(
-        (increment, (holds, springs, grips), (point_loads, edge_loads, step_forces), (attributes, changes)): FollowersQuery<
-            'a,
-        >,
+        (
+            increment,
+            (holds, springs, grips),
+            (point_loads, edge_loads, step_forces),
+            (attributes, changes, compartment),
+        ): FollowersQuery<'a>,
         refined: Option<&'a mut Refined>,
     ) -> Self {
-        Self { increment, holds, springs, grips, point_loads, edge_loads, step_forces, refined, attributes, changes }
+        Self {
+            increment,
+            holds,
+            springs,
+            grips,
+            point_loads,
+            edge_loads,
+            step_forces,
+            refined,
+            attributes,
+            changes,
+            compartment,
+        }
     }
 }
 
@@ -120,6 +138,9 @@ impl Followers<'_> {
             if let Some(attributes) = &mut self.attributes {
                 attributes.follow(record);
             }
+            if let Some(compartment) = &mut self.compartment {
+                compartment.rim.apply(record, tables);
+            }
             if let Some(changes) = &mut self.changes {
                 changes.note(record, tables.triangles.len());
             }
@@ -131,6 +152,9 @@ impl Followers<'_> {
         }
         if let Some(springs) = &mut self.springs {
             springs.anchors.release();
+        }
+        if let Some(compartment) = &mut self.compartment {
+            compartment.rim.release();
         }
         if let Some(grips) = &mut self.grips {
             grips.pinches.iter_mut().for_each(|pinch| pinch.held.release());

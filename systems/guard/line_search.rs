@@ -56,13 +56,15 @@ impl Solved<'_> {
             let u = self.delta[v] * self.free[v];
             u.dot(full.vertex_block(v) * u)
         });
-        whole.spurious + whole.damped - 0.5 * supported + residual_work
+        let swept = full.volume.map_or(0.0, |volume| volume.swept(self.delta));
+        let pressed = full.volume_pressure(self.delta) * swept;
+        whole.spurious + whole.damped - 0.5 * (supported + pressed) + residual_work
     }
 
     /// The largest of 1, ½, … 1/64 of the way that lowers the incremental potential, whose slope is that of [`find_pull`](Self::find_pull); the
     /// last is taken in any case.
     pub(super) fn fraction(&self, full: &Operator, sums: &mut Sums<'_>) -> Fraction {
-        let without_masses = Operator { external: None, inertia: 0.0, ..*full };
+        let without_masses = Operator { external: None, volume: None, inertia: 0.0, ..*full };
         let undamped = Operator { viscosity: 0.0, ..without_masses };
         let Sums { partials, passes, corner, pull, product, .. } = &mut *sums;
         product.resize(self.delta.len(), DVec3::ZERO);

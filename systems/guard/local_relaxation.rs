@@ -243,7 +243,7 @@ impl LocalRelaxation {
     pub(super) fn residual_work(&self, solved: &Solved, full: &Operator, sums: &mut Sums<'_>) -> f64 {
         let Sums { passes, product, .. } = sums;
         product.resize(self.off.len(), DVec3::ZERO);
-        full.apply_sparse(&self.off, product, passes);
+        Operator { volume: None, ..*full }.apply_sparse(&self.off, product, passes);
         let missed = product.iter().zip(solved.residual).map(|(product, residual)| *product - *residual);
         missed.zip(&self.way).enumerate().map(|(v, (force, way))| (solved.free[v] * force).dot(*way)).sum()
     }

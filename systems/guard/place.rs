@@ -1,12 +1,12 @@
 //! Place and cause of spurious energy, found for every solve above the limit but later Newton corrections.
 
 use super::solved::{Solved, Sums};
-use crate::components::{ExternalStiffness, Grips};
+use crate::components::{CompartmentState, ExternalStiffness, Grips};
 use crate::event::{GuardCause, GuardPlace};
 use crate::storage::{Triangles, Vertices};
 
 /// Query of the components that may hold vertices of a body.
-pub(super) type Holders<'a> = (Option<&'a Grips>, Option<&'a ExternalStiffness>);
+pub(super) type Holders<'a> = (Option<&'a Grips>, Option<&'a ExternalStiffness>, Option<&'a CompartmentState>);
 
 /// A triangle's place in the rest shape.
 pub(crate) fn of_triangle(
@@ -59,7 +59,7 @@ impl Solved<'_> {
     }
 
     /// Cause of a triangle's membrane energy: grips or contact at a corner, or else the membrane.
-    fn holder(&self, t: usize, (grips, external): Holders<'_>) -> GuardCause {
+    fn holder(&self, t: usize, (grips, external, _): Holders<'_>) -> GuardCause {
         let (triangles, topology) = (self.operator.triangles, self.operator.topology);
         let corners = triangles.corners[t];
         let is_gripped =

@@ -4,7 +4,7 @@ use super::line_search::Fraction;
 use super::local_relaxation::Extent;
 use super::solved::{Bounds, Solved, Strained, Sums};
 use super::{HALVED, LEAST_FRACTION, RELAXING, SUM_ROUNDING, place};
-use crate::components::{GuardLedger, Increment, LocalRelaxation, SolverScratch};
+use crate::components::{CompartmentState, GuardLedger, Increment, LocalRelaxation, SolverScratch};
 use crate::event::{GuardCause, GuardPlace};
 use crate::systems::solver::Operator;
 use glam::DVec3;
@@ -83,7 +83,8 @@ impl Judged<'_> {
 
     /// The operator of the solve, with the supports of the body.
     fn full(&self) -> Operator<'_> {
-        Operator { external: self.holders.1, ..self.solved.operator }
+        let volume = self.holders.2.map(CompartmentState::stiffness);
+        Operator { external: self.holders.1, volume, ..self.solved.operator }
     }
 
     /// Spurious energy \[mJ\] that a local relaxation leaves, whole or partial, where the size limits allow one.

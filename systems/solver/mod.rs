@@ -2,6 +2,7 @@
 //! mixed precision on element matrices; Cholesky factors with the feature `direct`.
 
 mod block_jacobi;
+mod bordered;
 mod cg;
 #[cfg_attr(not(feature = "direct"), path = "direct/unavailable.rs")]
 mod direct;

@@ -5,7 +5,7 @@
 //! threads write one number and every sum has one order.
 
 use super::load_stiffness::{edge_loads, load_product};
-use crate::components::{ExternalStiffness, Frames, FreeAxes};
+use crate::components::{ExternalStiffness, Frames, FreeAxes, VolumeStiffness};
 use crate::math::{ElementState, GeometricStiffness, Orthotropic, Sym3};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -32,6 +32,8 @@ pub struct Operator<'a> {
     pub frames: &'a Frames,
     /// Stiffness of springs, contact, grips and drag.
     pub external: Option<&'a ExternalStiffness>,
+    /// Stiffness of a compartment's content.
+    pub volume: Option<&'a VolumeStiffness>,
     /// Bending, at the same state.
     pub folds: Option<&'a DihedralAngles>,
     /// 1/s² \[1/ms²\] for the effective time step s.
@@ -65,6 +67,7 @@ impl<'a> Operator<'a> {
             topology,
             frames,
             external: None,
+            volume: None,
             folds: None,
             inertia: 0.0,
             viscosity: 0.0,
@@ -198,6 +201,7 @@ impl Operator<'_> {
         if let Some(external) = self.external {
             external.coupled.add(u, out);
         }
+        self.add_volume(u, out);
         parallel::sum_rows(out, partials, |v, out| {
             let own = match self.external {
                 None => u[v] * (self.vertices.mass[v] * self.inertia),
@@ -251,6 +255,9 @@ impl Operator<'_> {
         if let Some(external) = self.external {
             external.coupled.add(u, out);
         }
+        if u.iter().any(|u| *u != DVec3::ZERO) {
+            self.add_volume(u, out);
+        }
         if let Some(folds) = self.folds
             && u.iter().any(|u| *u != DVec3::ZERO)
         {
@@ -258,7 +265,25 @@ impl Operator<'_> {
         }
     }
 
-    /// A·u \[N\] at the vertex `v` alone.
+    /// Adds the forces \[N\] of a compartment's content for a displacement \[mm\].
+    fn add_volume(&self, u: &[DVec3], out: &mut [DVec3]) {
+        if let Some(volume) = self.volume {
+            let pressure = self.volume_pressure(u);
+            parallel::for_rows(out, |v, out| *out += volume.gradient[v] * pressure);
+        }
+    }
+
+    /// Fall of a content's pressure \[MPa\] by a displacement \[mm\]; zero without one.
+    pub fn volume_pressure(&self, u: &[DVec3]) -> f64 {
+        self.volume.map_or(0.0, |volume| volume.stiffness * volume.swept(u))
+    }
+
+    /// Force \[N\] at the vertex `v` by such a fall.
+    pub fn volume_force(&self, v: usize, pressure: f64) -> DVec3 {
+        self.volume.map_or(DVec3::ZERO, |volume| volume.gradient[v] * pressure)
+    }
+
+    /// A·u \[N\] at the vertex `v` alone, but for the content of a compartment, whose pressure all vertices have in common.
     pub fn apply_at(&self, v: usize, u: &[DVec3]) -> DVec3 {
         let corners = &self.triangles.corners;
         let is_exact = self.tangent == Tangent::Exact;

@@ -102,6 +102,10 @@ pub fn solve(
         // A factor has only the diagonal of springs between layers, and no rigid obstacles: it is of another operator.
         available.factor = None;
     }
+    if operator.volume.is_some() {
+        // Neither a factor nor the mixed-precision solver has the content of a compartment.
+        (available.factor, available.mixed) = (None, None);
+    }
     let mut guides = Guides::begin(operator, memory.passes, scratch);
     let attempts = available.attempts(operator, &scratch.free, guides.is_some());
     let mut solve = Solve { operator, params: *params, guides: guides.as_mut(), memory, x, scratch };

@@ -2,8 +2,8 @@
 
 use super::Operator;
 use crate::components::{
-    Contact, ContactScratch, Damping, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Reactions,
-    RigidCoupling, SolveResult, SolverScratch,
+    CompartmentState, Contact, ContactScratch, Damping, ExternalStiffness, Forces, Frames, Grips, Holds, Increment,
+    Reactions, RigidCoupling, SolveResult, SolverScratch,
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -37,8 +37,11 @@ pub fn of_linear_step(
     prescribers: Prescribers<'_>,
 ) {
     let vertices = operator.vertices;
+    let pressure = operator.volume_pressure(&increment.delta);
     record(prescribers, step.time, |v| {
-        operator.apply_at(v, &increment.delta) - forces.nodal[v] - step.momentum(increment, v) * vertices.mass[v]
+        operator.apply_at(v, &increment.delta) + operator.volume_force(v, pressure)
+            - forces.nodal[v]
+            - step.momentum(increment, v) * vertices.mass[v]
     });
 }
 
@@ -47,7 +50,7 @@ pub fn of_part(world: &mut hecs::World, step: &StepContext) {
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
         (&'a Forces, &'a Increment, &'a SolveResult),
-        (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a Damping>),
+        (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a Damping>, Option<&'a CompartmentState>),
         Prescribers<'a>,
     );
     for ((vertices, triangles, topology, frames), (forces, increment, result), about, prescribers) in
@@ -56,11 +59,12 @@ pub fn of_part(world: &mut hecs::World, step: &StepContext) {
         if !result.is_active() || !increment.is_fraction {
             continue;
         }
-        let (external, folds, damping) = about;
+        let (external, folds, damping, compartment) = about;
         let viscosity = damping.map_or(0.0, |d| d.time) * step.inv_effective_dt();
         let (inertia, tangent) = (step.inertia(), result.tangent);
         let operator = Operator {
             external,
+            volume: compartment.map(CompartmentState::stiffness),
             folds,
             inertia,
             viscosity,
@@ -80,7 +84,7 @@ pub fn of_contacts(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
         (&'a Forces, &'a Increment, &'a SolveResult, &'a mut SolverScratch),
-        (&'a ExternalStiffness, Option<&'a DihedralAngles>, Option<&'a Damping>),
+        (&'a ExternalStiffness, Option<&'a DihedralAngles>, Option<&'a Damping>, Option<&'a CompartmentState>),
     );
     parallel::for_bodies::<hecs::With<Query, &Contact>>(
         world,
@@ -88,16 +92,18 @@ pub fn of_contacts(world: &mut hecs::World, step: &StepContext) -> usize {
         |(
             (vertices, triangles, topology, frames),
             (forces, increment, result, scratch),
-            (external, folds, damping),
+            (external, folds, damping, compartment),
         )| {
             let operator = Operator {
                 external: Some(external),
+                volume: compartment.map(CompartmentState::stiffness),
                 folds,
                 inertia: step.inertia(),
                 viscosity: damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(),
                 ..Operator::membrane((vertices, triangles, topology, frames), result.tangent)
             };
             let is_whole = scratch.has_whole_answer(increment);
+            let pressure = operator.volume_pressure(&increment.delta);
             let SolverScratch { contact, free, residual, .. } = scratch;
             let ContactScratch { forces: sums, touched, .. } = &mut **contact;
             for coupling in &external.coupled.rigid {
@@ -115,7 +121,7 @@ pub fn of_contacts(world: &mut hecs::World, step: &StepContext) -> usize {
                         -residual[v]
                     } else {
                         let known = forces.nodal[v] + step.momentum(increment, v) * vertices.mass[v];
-                        operator.apply_at(v, &increment.delta) - known
+                        operator.apply_at(v, &increment.delta) + operator.volume_force(v, pressure) - known
                     };
                     touch.force += share(&touch.block, operator.vertex_block(v), missed * free[v]);
                 }

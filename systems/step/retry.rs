@@ -5,7 +5,7 @@ use super::phases::PHASES;
 use super::run::{Excluded, Running};
 use crate::components::{GuardLedger, SolveResult};
 use crate::settings::Settings;
-use crate::systems::forces::relaxation;
+use crate::systems::forces;
 use crate::systems::{StepContext, contact, work};
 use hecs::{Entity, World};
 use smallvec::SmallVec;
@@ -22,7 +22,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     let step = StepContext::of_step(settings, dt, time + dt);
     let step = if step_limited.is_empty() { step } else { step.before(1) };
     running.step(world, &step, PHASES, &mut failed);
-    relaxation::end(world, !running.schedule.has_invalid_caller_data());
+    forces::end(world, !running.schedule.has_invalid_caller_data());
     if running.schedule.has_invalid_caller_data() {
         running.give_back(world, failed);
         running.report.rolled_back += contact::rigid::end(world, time);
@@ -133,7 +133,7 @@ impl Retried<'_, '_> {
         let step = if self.is_fallback { step.fallback() } else { step };
         let mut failed = self.running.list();
         self.running.step(self.world, &step, PHASES, &mut failed);
-        relaxation::end(self.world, !self.running.schedule.has_invalid_caller_data());
+        forces::end(self.world, !self.running.schedule.has_invalid_caller_data());
         let is_sound = failed.is_empty();
         self.running.give_back(self.world, failed);
         if self.running.schedule.has_invalid_caller_data() {

@@ -6,9 +6,9 @@
 //! thousand steps stands for parts that have no stiffness of their own.
 
 use crate::components::{
-    Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, HoldGuides, HoldTurns, Holds, Increment,
-    Obstacle, PointLoads, Pose, Pressure, SleepState, Sleeping, SolveResult, SolverScratch, TearDecisions, TearLog,
-    Tearing,
+    Compartment, Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, HoldGuides, HoldTurns,
+    Holds, Increment, Obstacle, PointLoads, Pose, Pressure, SleepState, Sleeping, SolveResult, SolverScratch,
+    TearDecisions, TearLog, Tearing,
 };
 use crate::event::{EventKind, WokenBy};
 use crate::settings::{LinearParams, Tangent};
@@ -82,7 +82,7 @@ pub fn fall_asleep(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     let obstacles: Obstacles = world.query_mut::<&Obstacle>().into_iter().cloned().collect();
     type Query<'a> = (Body<'a>, (&'a mut Sleeping, &'a mut TearLog), TearState<'a>, Option<&'a Contact>, Drive<'a>);
-    parallel::for_bodies::<hecs::Without<Query, &EnergyAudit>>(
+    parallel::for_bodies::<hecs::Without<Query, hecs::Or<&EnergyAudit, &Compartment>>>(
         world,
         |(((_, triangles, _), _, (_, _, result, _)), ..)| match result.newton_iterations {
             0 => result.rows_to_solve(triangles.len()),

@@ -3,6 +3,7 @@
 
 mod audit_of_constraints;
 mod bed;
+mod compartment;
 mod containment;
 mod edge_loads;
 mod element;

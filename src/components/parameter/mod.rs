@@ -3,6 +3,7 @@
 pub(super) mod attributes;
 pub(super) mod bending;
 pub(super) mod body;
+pub(super) mod compartment;
 pub(super) mod curve;
 pub(super) mod energy_criterion;
 pub(super) mod environment;

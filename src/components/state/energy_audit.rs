@@ -1,7 +1,7 @@
 //! Where the energy of a body goes.
 //!
 //! Over every step, with the step's displacement u, the discrete equation times u reads
-//! work = Δelastic + Δkinetic + damping + relaxation + drag + numerical + residual + unbalanced + released,
+//! work = Δelastic + Δkinetic + Δcontent + damping + relaxation + drag + leak + numerical + residual + unbalanced + released,
 //! and between steps edits at unchanged positions add `edits`. Each term is summed from its own formula, none is the remainder of
 //! the others: the imbalance that remains tells of a wrong force, tangent, reaction or edit.
 
@@ -35,7 +35,7 @@ pub struct EnergyBalance {
     pub work_of_holds: f64,
     /// Work of jaws without a stiffness on the body: their force on each vertex · its displacement.
     pub work_of_jaws: f64,
-    /// Work on the body of all else that acts from outside: gravity, pressure, point and edge loads, springs, jaws with a stiffness and
+    /// Work on the body of all else that acts from outside: gravity, pressure, also that outside a compartment, point and edge loads, springs, jaws with a stiffness and
     /// contact, with the force that the scheme has put in. Energy stored by springs and contact counts as given back.
     pub work_of_loads: f64,
     /// Elastic and kinetic energy that edits of the mesh have put in at unchanged positions. Splits and openings change
@@ -50,6 +50,14 @@ pub struct EnergyBalance {
     pub relaxation: f64,
     /// Dissipated by drag, ≥ 0.
     pub drag: f64,
+    /// Energy that the inflow of a [`Compartment`](crate::components::Compartment) has brought.
+    pub(crate) inflow: f64,
+    /// Energy that leaks of a compartment have taken.
+    pub(crate) leak: f64,
+    /// Change of the energy that the content of a compartment stores, over the steps.
+    pub(crate) content: f64,
+    /// Taken by the scheme from the energy of a content, or given back where negative: its work on the body is that of the pressure at the end of each step.
+    pub(crate) numerical_content: f64,
     /// Taken by the scheme from the elastic energy, or given back where negative: (its force − the true one along the step) · displacement.
     /// Steps longer than a tear takes to spring open dissipate here the energy that it releases.
     /// In static solves, the error of the trapezoidal rule of the works over a load step.
@@ -70,9 +78,9 @@ pub struct EnergyBalance {
 }
 
 impl EnergyBalance {
-    /// Work of holds, jaws and loads \[mJ\].
+    /// Work of holds, jaws, loads and inflow \[mJ\].
     pub fn work(&self) -> f64 {
-        self.work_of_holds + self.work_of_jaws + self.work_of_loads
+        self.work_of_holds + self.work_of_jaws + self.work_of_loads + self.inflow
     }
 
     /// The imbalance over the largest other term; zero where nothing has happened.
@@ -105,13 +113,13 @@ impl EnergyBalance {
     /// that stopped short of its tolerance, which are those before its last solve.
     pub fn imbalance(&self) -> f64 {
         let came = self.work() + self.edits.elastic + self.edits.kinetic;
-        let kept = self.stored.elastic + self.stored.kinetic;
-        let lost = self.damping + self.relaxation;
+        let kept = self.stored.elastic + self.stored.kinetic + self.content;
+        let lost = self.damping + self.relaxation + self.leak + self.numerical_content;
         came - kept - lost - self.drag - self.numerical() - self.residual - self.unbalanced - self.released
     }
 
     /// All terms with their names, as they stand in files, and the imbalance \[mJ\].
-    pub fn terms(&self) -> [(&'static str, f64); 15] {
+    pub fn terms(&self) -> [(&'static str, f64); 19] {
         [
             ("work_of_holds", self.work_of_holds),
             ("work_of_jaws", self.work_of_jaws),
@@ -122,6 +130,10 @@ impl EnergyBalance {
             ("damping", self.damping),
             ("relaxation", self.relaxation),
             ("drag", self.drag),
+            ("inflow", self.inflow),
+            ("leak", self.leak),
+            ("content_change", self.content),
+            ("numerical_content", self.numerical_content),
             ("numerical_elastic", self.numerical_elastic),
             ("numerical_kinetic", self.numerical_kinetic),
             ("residual", self.residual),
@@ -155,6 +167,10 @@ impl EnergyBalance {
             (&mut self.damping, other.damping),
             (&mut self.relaxation, other.relaxation),
             (&mut self.drag, other.drag),
+            (&mut self.inflow, other.inflow),
+            (&mut self.leak, other.leak),
+            (&mut self.content, other.content),
+            (&mut self.numerical_content, other.numerical_content),
             (&mut self.numerical_elastic, other.numerical_elastic),
             (&mut self.numerical_kinetic, other.numerical_kinetic),
             (&mut self.residual, other.residual),
@@ -263,6 +279,11 @@ impl EnergyAudit {
         balance.add(&self.step);
         balance.stored = self.initial.map_or(Energies::default(), |initial| energies - initial);
         balance
+    }
+
+    /// Whether the static solve under way begins with the loads of an earlier equilibrium.
+    pub(crate) fn begins_loaded(&self) -> bool {
+        !self.start[1].is_empty()
     }
 
     /// Settles the terms of the last step and begins a new one, whose tips glide or not.

@@ -1,6 +1,7 @@
 //! *State*: values that steps carry on and snapshots save, including ledgers and reports of the last step.
 
 pub(super) mod blade;
+pub(super) mod compartment_state;
 pub(super) mod energy_audit;
 pub(super) mod forceps;
 pub(super) mod guard;

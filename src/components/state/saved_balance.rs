@@ -1,4 +1,5 @@
-//! An energy balance as text and as bytes. Bytes without dissipation by relaxation are those of older versions, which knew none.
+//! An energy balance as text and as bytes. Bytes without relaxation and compartments are those of older versions, which knew
+//! none.
 
 use super::energy_audit::{Energies, EnergyBalance};
 use serde::{
@@ -8,6 +9,9 @@ use std::fmt;
 
 /// NaN bits in the place of the first term: relaxation and the first term follow.
 const RELAXATION_FOLLOWS: u64 = 0x7ff8_0000_7265_6c61;
+
+/// NaN bits in its place: the terms of a compartment, relaxation and the first term follow.
+const COMPARTMENT_FOLLOWS: u64 = 0x7ff8_0000_636f_6d70;
 
 /// The terms by their names.
 #[derive(Serialize, Deserialize)]
@@ -22,6 +26,14 @@ struct Text {
     #[serde(default)]
     relaxation: f64,
     drag: f64,
+    #[serde(default)]
+    inflow: f64,
+    #[serde(default)]
+    leak: f64,
+    #[serde(default)]
+    content: f64,
+    #[serde(default)]
+    numerical_content: f64,
     numerical_elastic: f64,
     numerical_kinetic: f64,
     residual: f64,
@@ -29,7 +41,7 @@ struct Text {
     released: f64,
 }
 
-/// The terms in the order of the bytes, without relaxation and the first one.
+/// The terms in the order of the bytes, without relaxation, those of compartments and the first one.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "EnergyBalance")]
 struct OthersOf {
@@ -43,6 +55,14 @@ struct OthersOf {
     #[serde(skip)]
     relaxation: f64,
     drag: f64,
+    #[serde(skip)]
+    inflow: f64,
+    #[serde(skip)]
+    leak: f64,
+    #[serde(skip)]
+    content: f64,
+    #[serde(skip)]
+    numerical_content: f64,
     numerical_elastic: f64,
     numerical_kinetic: f64,
     residual: f64,
@@ -59,9 +79,20 @@ impl Serialize for EnergyBalance {
         if to.is_human_readable() {
             return Text::serialize(self, to);
         }
-        let relaxes = self.relaxation != 0.0;
-        let mut bytes = to.serialize_tuple(if relaxes { 4 } else { 2 })?;
-        if relaxes {
+        let (relaxes, of_compartment) = (self.relaxation != 0.0, self.of_compartment());
+        let is_filled = of_compartment != [0.0; 4];
+        let mut bytes = to.serialize_tuple(if is_filled {
+            5
+        } else if relaxes {
+            4
+        } else {
+            2
+        })?;
+        if is_filled {
+            bytes.serialize_element(&f64::from_bits(COMPARTMENT_FOLLOWS))?;
+            bytes.serialize_element(&of_compartment)?;
+            bytes.serialize_element(&self.relaxation)?;
+        } else if relaxes {
             bytes.serialize_element(&f64::from_bits(RELAXATION_FOLLOWS))?;
             bytes.serialize_element(&self.relaxation)?;
         }
@@ -76,7 +107,7 @@ impl<'de> Deserialize<'de> for EnergyBalance {
         if from.is_human_readable() {
             return Text::deserialize(from);
         }
-        from.deserialize_tuple(4, Bytes)
+        from.deserialize_tuple(5, Bytes)
     }
 }
 
@@ -93,13 +124,24 @@ impl<'de> Visitor<'de> for Bytes {
     fn visit_seq<A: SeqAccess<'de>>(self, mut bytes: A) -> Result<EnergyBalance, A::Error> {
         let ended = || A::Error::custom("an energy balance ends early");
         let mut work_of_holds: f64 = bytes.next_element()?.ok_or_else(ended)?;
-        let mut relaxation = 0.0;
-        if work_of_holds.to_bits() == RELAXATION_FOLLOWS {
+        let (mut relaxation, mut of_compartment) = (0.0, [0.0; 4]);
+        let is_filled = work_of_holds.to_bits() == COMPARTMENT_FOLLOWS;
+        if is_filled {
+            of_compartment = bytes.next_element()?.ok_or_else(ended)?;
+        }
+        if is_filled || work_of_holds.to_bits() == RELAXATION_FOLLOWS {
             relaxation = bytes.next_element()?.ok_or_else(ended)?;
             work_of_holds = bytes.next_element()?.ok_or_else(ended)?;
         }
         let Others(others) = bytes.next_element()?.ok_or_else(ended)?;
-        Ok(EnergyBalance { work_of_holds, relaxation, ..others })
+        let [inflow, leak, content, numerical_content] = of_compartment;
+        Ok(EnergyBalance { work_of_holds, relaxation, inflow, leak, content, numerical_content, ..others })
+    }
+}
+
+impl EnergyBalance {
+    fn of_compartment(&self) -> [f64; 4] {
+        [self.inflow, self.leak, self.content, self.numerical_content]
     }
 }
 
@@ -109,10 +151,11 @@ mod tests {
 
     #[test]
     fn a_balance_is_read_as_it_was_written() {
-        for relaxation in [0.0, 0.25] {
-            let balance = EnergyBalance { work_of_holds: 1.5, relaxation, released: -2.0, ..EnergyBalance::default() };
+        for (relaxation, leak, count) in [(0.0, 0.0, 14), (0.25, 0.0, 16), (0.0, 0.5, 20), (0.25, 0.5, 20)] {
+            let terms = EnergyBalance { relaxation, leak, ..EnergyBalance::default() };
+            let balance = EnergyBalance { work_of_holds: 1.5, released: -2.0, ..terms };
             let bytes = postcard::to_allocvec(&balance).unwrap();
-            assert_eq!(bytes.len(), 8 * if relaxation > 0.0 { 16 } else { 14 });
+            assert_eq!(bytes.len(), 8 * count);
             assert_eq!(postcard::from_bytes::<EnergyBalance>(&bytes).unwrap(), balance);
         }
     }

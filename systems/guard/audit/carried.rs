@@ -2,8 +2,8 @@
 
 use super::{Sheet, dot, kinetic};
 use crate::components::{
-    Drag, Energies, EnergyAudit, EnergyBalance, ExternalStiffness, Forces, Frames, Grips, Hold, Holds, Increment,
-    Pinch, Reactions, Shares, SolveResult, SolverScratch,
+    CompartmentState, Drag, Energies, EnergyAudit, EnergyBalance, ExternalStiffness, Forces, Frames, Grips, Hold,
+    Holds, Increment, Pinch, Reactions, Shares, SolveResult, SolverScratch,
 };
 use crate::settings::Tangent;
 use crate::storage::{Topology, Vertices};
@@ -30,6 +30,7 @@ pub(super) struct Carried<'a> {
     pub held: Option<(&'a Holds, &'a Reactions)>,
     pub grips: Option<&'a Grips>,
     pub folds: Option<&'a DihedralAngles>,
+    pub compartment: Option<&'a CompartmentState>,
 }
 
 impl Carried<'_> {
@@ -120,9 +121,11 @@ impl Carried<'_> {
         let gone: Vec<DVec3> = displacement.iter().zip(&audit.displacement).map(|(u, at)| *u - *at).collect();
         let operator =
             Operator { external: self.external, folds: self.folds, viscosity: self.viscosity, ..self.membrane() };
+        let operator = Operator { volume: self.compartment.map(CompartmentState::stiffness), ..operator };
+        let pressure = operator.volume_pressure(&gone);
         let force = |v: usize| {
             let momentum = step.momentum(self.increment, v) * self.vertices.mass[v];
-            operator.apply_at(v, &gone) - self.forces.nodal[v] - momentum
+            operator.apply_at(v, &gone) + operator.volume_force(v, pressure) - self.forces.nodal[v] - momentum
         };
         (0..displacement.len()).map(force).collect()
     }
@@ -135,6 +138,10 @@ impl Carried<'_> {
             let blocks = external.block.iter().zip(u).zip(&audit.displacement);
             work_of_loads -= blocks.map(|((k, u), at)| (*k * (*u - *at)).dot(*u)).sum::<f64>();
             work_of_loads += external.coupled.work_of_rigid(|v| u[v] - audit.displacement[v], u);
+        }
+        if let Some(volume) = self.compartment.map(CompartmentState::stiffness) {
+            let swept = volume.swept(u);
+            work_of_loads -= volume.stiffness * (swept - volume.swept(&audit.displacement)) * swept;
         }
         let coefficient = self.drag.map_or(0.0, |d| d.coefficient) * step.inv_effective_dt();
         let area = |v: usize| self.topology.vertex_area(self.sheet.triangles, v as u32);

@@ -13,15 +13,16 @@
 mod carried;
 
 use crate::components::{
-    Bending, Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, FibreLaws, Forces,
-    Frames, Grips, Holds, Increment, Planar, PreStretch, Reactions, Refined, SolveResult, SolverScratch, TearDecisions,
-    TearLog, Tearing, fibre_law,
+    Bending, CompartmentState, Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness,
+    FibreLaws, Forces, Frames, Grips, Holds, Increment, Planar, PreStretch, Reactions, Refined, SolveResult,
+    SolverScratch, TearDecisions, TearLog, Tearing, fibre_law,
 };
 use crate::event::EventKind;
 use crate::math::FibreLaw;
 use crate::storage::room::copy;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::DihedralAngles;
+use crate::systems::forces::compartment::ContentTerms;
 use crate::systems::forces::element::BodyLaw;
 use crate::systems::forces::relaxation;
 use crate::systems::kernels::path_work::Element;
@@ -167,7 +168,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut EnergyAudit, &'a mut TearLog, Option<&'a TearDecisions>),
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
         (&'a Forces, &'a Increment, &'a SolverScratch, &'a SolveResult),
-        (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>),
+        (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>, Option<&'a CompartmentState>),
         (Option<(&'a Holds, &'a Reactions)>, Option<&'a Grips>),
         (Strained<'a>, Option<&'a Bending>, Option<&'a DihedralAngles>),
     );
@@ -175,7 +176,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         (audit, log, decisions),
         (vertices, triangles, topology, frames),
         (forces, increment, scratch, result),
-        (external, damping, drag),
+        (external, damping, drag, compartment),
         (held, grips),
         (strained, bending, folds),
     ) in world.query_mut::<Query>()
@@ -206,17 +207,19 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
             held,
             grips,
             folds,
+            compartment,
         };
+        let of_content = ContentTerms::of(compartment, &increment.displacement, step);
         if step.is_static && step.newton_iterations > 1 {
             let sums = body.sums(audit, true, |t, x, u, _| body.between_ends(t, x, u));
             let is_relaxation = audit.equilibrium.is_some_and(|last| last.time == step.time);
             let terms = body.static_terms(audit, &sums, is_relaxation);
-            *audit.step = EnergyBalance { relaxation, ..terms };
+            *audit.step = of_content.told(EnergyBalance { relaxation, ..terms });
             note_equilibrium(audit, log, step, result.has_converged);
         } else {
             let sums = body.sums(audit, false, |t, _, u, change| body.linearised(t, u, change));
             let terms = body.dynamic_terms(audit, &sums, step);
-            audit.note_step(EnergyBalance { relaxation, ..terms });
+            audit.note_step(of_content.told(EnergyBalance { relaxation, ..terms }));
             audit.equilibrium = None;
         }
     }

@@ -11,7 +11,8 @@ use super::initial_guess::residual_without;
 use super::patch::Patch;
 use super::{Operator, ProductMemory};
 use crate::components::{
-    BodyGroup, Damping, ExternalStiffness, Forces, Frames, FreeAxes, Increment, PairSpring, SolveResult, SolverScratch,
+    BodyGroup, CompartmentState, Damping, ExternalStiffness, Forces, Frames, FreeAxes, Increment, PairSpring,
+    SolveResult, SolverScratch,
 };
 use crate::settings::Tangent;
 use crate::settings::ablation::Part as Ablated;
@@ -33,7 +34,7 @@ type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (&'a mut Forces, &'a mut Increment, &'a mut SolveResult, &'a mut SolverScratch),
     (&'a mut ExternalStiffness, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>),
-    Option<&'a Damping>,
+    (Option<&'a Damping>, Option<&'a CompartmentState>),
 );
 
 /// Solves the groups of bodies between which there are springs, and loads the bodies with their forces. Returns the number of bodies.
@@ -138,13 +139,19 @@ struct Part<'a> {
 
 impl<'a> Part<'a> {
     fn new(
-        ((vertices, triangles, topology, frames), (forces, increment, result, scratch), implicit, damping): &'a mut Query<'_>,
+        (
+            (vertices, triangles, topology, frames),
+            (forces, increment, result, scratch),
+            implicit,
+            (damping, compartment),
+        ): &'a mut Query<'_>,
         spare: &'a mut BendingPasses,
         step: &StepContext,
     ) -> Self {
         let (external, folds, passes) = implicit;
         let operator = Operator {
             external: Some(external),
+            volume: compartment.map(CompartmentState::stiffness),
             folds: *folds,
             inertia: step.inertia(),
             viscosity: damping.map_or(0.0, |damping| damping.time) * step.inv_effective_dt(),

@@ -6,8 +6,8 @@ mod line_search;
 
 use super::{Available, CgError, CgInfo, Factor, MixedSolver, Operator, ProductMemory, reactions};
 use crate::components::{
-    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, PreStretch, Pressure, Reactions,
-    SolveResult, SolverScratch, TearDecisions, Tearing,
+    CompartmentState, CompartmentWork, Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds,
+    Increment, PreStretch, Pressure, Reactions, SolveResult, SolverScratch, TearDecisions, Tearing,
 };
 use crate::settings::ablation::Part;
 use crate::settings::{LinearParams, Tangent};
@@ -33,7 +33,7 @@ type Query<'a> = (
     (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, Option<&'a Damping>),
     (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>),
     (Option<&'a Tearing>, Option<(&'a Tips, &'a TearDecisions)>),
-    (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Pressure>),
+    (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Pressure>, Option<&'a mut CompartmentState>),
 );
 
 /// Solves (M/s² + D/s + K)·δ = f − M·(u/s² − b) for the change δ of the displacement u, with the span s and the knowns b of the
@@ -72,7 +72,7 @@ fn solve_body(
         (external, folds, passes, damping),
         (holds, mut reactions, mut grips),
         (tearing, tears),
-        (pre_stretch, audit, pressure),
+        (pre_stretch, audit, pressure, compartment),
     ): Query<'_>,
     step: &StepContext,
 ) {
@@ -87,7 +87,9 @@ fn solve_body(
         let prescribers = (holds, reactions.as_deref_mut(), grips.as_deref_mut());
         reactions::record(prescribers, step.time, |v| -scratch.residual[v]);
     }
-    let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles, frames, external) } else { 0.0 };
+    let of_content = compartment.as_ref().map_or(0.0, |compartment| compartment.rounding());
+    let unavoidable =
+        if step.newton_iterations > 1 { rounding(vertices, triangles, frames, external) + of_content } else { 0.0 };
     if has_converged(increment, (result, scratch), step, unavoidable.max(step.newton_tolerance * force_scale)) {
         result.select(false);
         result.has_converged = true;
@@ -104,17 +106,29 @@ fn solve_body(
     result.newton_iterations += 1;
     result.work = result.work.saturating_add(work::EVALUATION);
     result.work_of_advance = tearing.map_or(0, |_| work::of_advances(1, triangles.len()));
+    let mut none = CompartmentWork::default();
+    let CompartmentWork { stiffness, answer, trial, .. } =
+        compartment.map_or(&mut none, |compartment| &mut *compartment.work);
+    let follower = match (&*trial, pressure) {
+        (Some(trial), _) => trial.filled.pressure - trial.out.outside,
+        (None, Some(pressure)) => pressure.curve.at(step.time),
+        (None, None) => 0.0,
+    };
     let operator = Operator {
         external,
+        volume: trial.is_some().then_some(&*stiffness),
         folds,
         inertia: step.inertia(),
         viscosity: damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(),
         // A linear response is that of linear elasticity, whose load acts on the shape as it is.
-        pressure: match pressure.filter(|_| step.is_static && step.newton_iterations > 1) {
-            Some(pressure) if !super::has_free_rim((vertices, triangles, topology), &scratch.free) => {
-                pressure.curve.at(step.time)
-            }
-            _ => 0.0,
+        pressure: if follower != 0.0
+            && step.is_static
+            && step.newton_iterations > 1
+            && !super::has_free_rim((vertices, triangles, topology), &scratch.free)
+        {
+            follower
+        } else {
+            0.0
         },
         ..Operator::membrane((vertices, triangles, topology, frames), result.tangent)
     };
@@ -161,12 +175,14 @@ fn solve_body(
         operator,
         (step, &params),
         available,
-        (&mut memory, increment),
+        (&mut memory, increment, answer),
         (result, scratch),
         &mut rotated,
     ) {
         Ok(info) => {
-            if uses_position_tolerance && scratch.contact.solved_together.is_none() {
+            let is_rescaled = uses_position_tolerance && scratch.contact.solved_together.is_none();
+            // Another length would be another volume.
+            if is_rescaled && operator.volume.is_none() {
                 scale_to_no_work(&operator, &mut memory, increment, scratch);
             }
             if is_linear_step {
@@ -311,7 +327,7 @@ fn solve_or_fall_back(
     operator: Operator,
     (step, params): (&StepContext, &LinearParams),
     mut available: Available,
-    (memory, increment): (&mut ProductMemory<'_>, &mut Increment),
+    (memory, increment, answer): (&mut ProductMemory<'_>, &mut Increment, &mut Vec<DVec3>),
     (fallen, scratch): (&mut SolveResult, &mut SolverScratch),
     rotated: &mut Option<Frames>,
 ) -> Result<CgInfo, CgError> {
@@ -320,8 +336,15 @@ fn solve_or_fall_back(
         return Ok(CgInfo { relative_residual, is_solved: true, ..CgInfo::default() });
     }
     let reserve = step.reserve();
-    let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
-        super::solve(operator, params, &mut available, memory, delta, scratch)
+    let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| match operator
+        .volume
+        .filter(|_| scratch.guide_constraints.is_empty())
+    {
+        Some(volume) => {
+            let unknowns = (delta, &mut *answer);
+            super::bordered::solve((operator, volume), params, &mut available, memory, unknowns, scratch)
+        }
+        None => super::solve(operator, params, &mut available, memory, delta, scratch),
     };
     // The masses of a dynamic step make a semidefinite operator definite.
     if operator.tangent == Tangent::Rotated || operator.tangent != Tangent::Exact && !step.is_static {

@@ -107,7 +107,13 @@ impl Tables {
     fn operator<'a>(&'a self, frames: &'a Frames, tangent: Tangent) -> Operator<'a> {
         let Self { vertices, triangles, topology, .. } = self;
         let (external, folds, inertia, viscosity) = (None, None, 0.0, 0.0);
-        Operator { vertices, triangles, topology, frames, external, folds, inertia, viscosity, pressure: 0.0, tangent }
+        Operator {
+            folds,
+            inertia,
+            viscosity,
+            external,
+            ..Operator::membrane((vertices, triangles, topology, frames), tangent)
+        }
     }
 
     /// `f` with a coordinate moved by ±h: its central difference.
