@@ -105,6 +105,20 @@ pub(super) struct BodyFigures {
     pub tear: Option<TearFigures>,
     /// Absent for a body without a bed.
     pub bed: Option<BedFigures>,
+    /// Absent for a body without a compartment.
+    pub compartment: Option<CompartmentFigures>,
+}
+
+/// Content of a body's compartment.
+#[derive(Serialize)]
+pub(super) struct CompartmentFigures {
+    pub volume_mm3: f64,
+    /// Volume of the content at ambient pressure.
+    pub content_mm3: f64,
+    pub pressure_mpa: f64,
+    pub leaked_mm3: f64,
+    /// Area of the openings.
+    pub opening_mm2: f64,
 }
 
 /// The bonds of a body to its bed.
@@ -351,6 +365,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             .chain(instance.doubts.iter().map(|doubt| doubt.text.clone()))
             .chain(instance.obstacle_notes.iter().cloned())
             .chain(instance.opened_under_pressure())
+            .chain(instance.fragments_under_pressure())
             .chain(not_made(&instance.cuts))
             .collect(),
         end: s.end,
@@ -458,6 +473,13 @@ fn body_figures(instance: &mut Instance, index: usize, body: BodyId, s: &Sources
             off_mm2: bed.off,
             energy_mj: bed.energy,
             resolved: bed.resolved,
+        }),
+        compartment: instance.simulation.compartment(body).map(|state| CompartmentFigures {
+            volume_mm3: state.volume,
+            content_mm3: state.content,
+            pressure_mpa: state.pressure,
+            leaked_mm3: state.leaked,
+            opening_mm2: state.opening,
         }),
     }
 }

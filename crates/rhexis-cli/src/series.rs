@@ -58,6 +58,8 @@ pub(super) struct Observation {
     pub rigid: Vec<(String, [DVec3; 2])>,
     /// Largest unbalanced force of a body that obstacles may push \[N\].
     pub unbalanced: f64,
+    /// Volume \[mm³\], pressure \[MPa\] and leaked volume \[mm³\] of every compartment.
+    pub compartments: Vec<(String, [f64; 3])>,
     /// Which of the reactions and which of the grips are those of each body, in the order of the scene's bodies.
     pub own: Vec<[Range<usize>; 2]>,
 }
@@ -93,6 +95,9 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
             o.balance.get_or_insert_default().add(balance);
         }
         o.balances.push(balance);
+        if let Some(state) = instance.simulation.compartment(body) {
+            o.compartments.push((name.clone(), [state.volume, state.pressure, state.leaked]));
+        }
         let reactions = instance.simulation.reactions(body).unwrap_or_default();
         let torques = instance.simulation.torques(body).unwrap_or_default();
         o.torques.extend(torques.into_iter().map(|(hold, torque)| (named(&name, &hold), torque)));
@@ -164,6 +169,9 @@ impl Observation {
         let balance = self.balance.iter().flat_map(EnergyBalance::terms);
         header.extend(balance.map(|(name, _)| format!("{name}_mJ")));
         header.extend(self.balance.map(|_| "dissipated_mJ".to_owned()));
+        for (name, _) in &self.compartments {
+            header.extend(["volume_mm3", "pressure_MPa", "leaked_mm3"].map(|column| format!("{name}/{column}")));
+        }
         if self.surface_energy.is_some() {
             header.extend(["of_which_surface_energy_mJ", "max_overshoot"].map(str::to_owned));
         }
@@ -207,6 +215,9 @@ impl Observation {
         ];
         row.extend(self.balance.iter().flat_map(EnergyBalance::terms).map(|(_, term)| format!("{term:e}")));
         row.extend(self.balance.map(|balance| format!("{:e}", balance.dissipated())));
+        for (_, figures) in &self.compartments {
+            row.extend(figures.map(|figure| format!("{figure:e}")));
+        }
         if let Some(energy) = self.surface_energy {
             // A step without an advance has no overshoot, which is not one of zero.
             row.extend([format!("{energy:e}"), self.overshoot.unwrap_or(f64::NAN).to_string()]);

@@ -51,6 +51,13 @@ pub(super) fn summary(report: &RunReport) -> String {
             let (off, area, energy) = (bed.off_mm2, bed.area_mm2, bed.energy_mj);
             lines.push(format!("    bed: {off:.3} of {area:.3} mm² off, {energy:.6} mJ taken{coarse}"));
         }
+        if let Some(own) = &body.compartment {
+            let (volume, pressure, leaked, opening) =
+                (own.volume_mm3, own.pressure_mpa, own.leaked_mm3, own.opening_mm2);
+            lines.push(format!(
+                "    compartment: {volume:.3} mm³ at {pressure:.6} MPa, {leaked:.3} mm³ leaked, openings of {opening:.4} mm²"
+            ));
+        }
         if let Some(tear) = &body.tear {
             lines.push(format!(
                 "    torn {:.3} mm in {} advances, {} tip(s) left, {} ended, {} fragment(s) free",

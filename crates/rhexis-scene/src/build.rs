@@ -1,5 +1,6 @@
 //! From `[[bodies]]` to a membrane with its components.
 
+use super::compartment::compartment;
 use super::error::{Fault, not_negative, positive};
 use super::fibre_field::fibres;
 use super::fibre_law::{fibre_law, neo_hookean};
@@ -260,6 +261,9 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
             return Err(Fault::new(at("pressure"), what, "remove one of the two"));
         }
         membrane = membrane.with(Pressure { curve: curve.0.clone() });
+    }
+    if let Some(own) = &spec.compartment {
+        membrane = compartment(membrane, (own, spec), &at("compartment"))?;
     }
     if let Some(bending) = &spec.bending {
         let stiffness = bending.stiffness.map(|d| positive(at("bending.stiffness"), d, "N·mm")).transpose()?;

@@ -3,7 +3,7 @@
 use super::error::Fault;
 use super::instance::{Instance, Run};
 use super::schema::Mode;
-use rhexis::components::{Body, Contact, Obstacle, Planar, Pressure};
+use rhexis::components::{Body, Contact, Obstacle, Planar, Pressure, TearLog};
 use rhexis::simulation::{Doubt, DoubtKind, Simulation};
 use rhexis::storage::{BodyId, Topology};
 
@@ -73,11 +73,24 @@ impl Instance {
             let has_rim = topology.neighbours.iter().flatten().any(|across| *across == u32::MAX);
             (mesh.boundary_loops == 0 && has_rim).then(|| {
                 format!(
-                    "{}: the closed body was opened, and its pressure still acts as given: nothing leaks out; end it by its curve",
+                    "{}: the closed body was opened, and its pressure still acts as given: nothing leaks out; end it by its curve, or give a `compartment` with a `leak`",
                     about.name
                 )
             })
         };
         self.bodies.iter().zip(&self.meshes).filter_map(note).collect()
+    }
+
+    /// Notes on fragments of bodies under pressure, on which none acts any more.
+    pub fn fragments_under_pressure(&self) -> Vec<String> {
+        let note = |body: &BodyId| {
+            let mut query = self.simulation.world().query_one::<(&Body, &TearLog, &Pressure)>(body.entity());
+            let (about, log, _) = query.get().ok()?;
+            (log.fragment_count > 0).then(|| {
+                let count = log.fragment_count;
+                format!("{}: {count} fragment(s) came free: the pressure acts on the largest piece alone", about.name)
+            })
+        };
+        self.bodies.iter().filter_map(note).collect()
     }
 }

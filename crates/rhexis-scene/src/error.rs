@@ -118,7 +118,7 @@ const INSTEAD: [(&str, &str); 17] = [
     ("every", "`frames_every` and `pictures_every` are times in ms, `frames` and `pictures` numbers over the run"),
     ("interval", "`frames_every` and `pictures_every` are times in ms, `frames` and `pictures` numbers over the run"),
     ("prony", "stress relaxes by `relaxation = [{ part = …, time = … }]`, parts of the stiffness and times in ms"),
-    ("volume", "a closed gas is not there: give `pressure` as a number or a curve over time [MPa]"),
+    ("volume", "a closed volume is `compartment = { gas = { … } }` or `compartment = { liquid = { … } }` of the body"),
     ("wind", "wind is not there: `drag` resists motion, `pressure` and `edge_loads` push"),
     ("break_force", "springs break at `break_traction`, a force per area [MPa]; a grip with `force_limit` lets go"),
     ("adhesion", "tissue is stuck to its ground by `[[bodies.beds]]`, with a `region`, `strength` and `energy`"),

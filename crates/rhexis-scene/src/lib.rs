@@ -10,6 +10,7 @@ mod breaking;
 mod build;
 pub mod catalog;
 mod changing;
+mod compartment;
 mod copies;
 pub mod course;
 mod doctor;

@@ -149,7 +149,9 @@ fn points(spec: &BodySpec) -> f64 {
     let point_loads = spec.point_loads.iter().map(|load| load.curve.0.points().len());
     let edge_loads = spec.edge_loads.iter().map(|load| load.curve.0.points().len());
     let pressure = spec.pressure.iter().map(|curve| curve.0.points().len());
-    let curves: usize = holds.chain(point_loads).chain(edge_loads).chain(pressure).sum();
+    let compartment = spec.compartment.iter().flat_map(|own| [&own.inflow, &own.outside]);
+    let compartment = compartment.map(|curve| curve.0.points().len());
+    let curves: usize = holds.chain(point_loads).chain(edge_loads).chain(pressure).chain(compartment).sum();
     // An arc has a point for every degree at the most.
     let legs = spec.grips.iter().flat_map(|grip| &grip.path);
     let paths: f64 = legs.map(|leg| leg.arc.as_ref().map_or(1.0, |arc| arc.degrees.abs().max(1.0))).sum();

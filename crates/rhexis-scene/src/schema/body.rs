@@ -1,5 +1,6 @@
 //! `[[bodies]]`: a membrane and what it carries.
 
+use super::compartment::CompartmentSpec;
 use super::constraint::{BedSpec, ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, RegionSpec, SpringSpec};
 use super::per_triangle::PerTriangleSpec;
 use super::tool::{BladeSpec, CutSpec, PunctureSpec};
@@ -57,6 +58,8 @@ pub struct BodySpec {
     pub drag: Option<f64>,
     /// Follower pressure along the normal \[MPa\], over time.
     pub pressure: Option<TimeCurve>,
+    /// Closed volume behind the triangles, filled with a liquid or a gas that presses on them; goes without `pressure`.
+    pub compartment: Option<CompartmentSpec>,
     /// Makes it resist bending.
     pub bending: Option<BendingSpec>,
     /// Makes it feel the obstacles.

@@ -5,6 +5,7 @@
 //! refused.
 
 mod body;
+mod compartment;
 mod constraint;
 mod fibre_law;
 mod hand;
@@ -20,6 +21,7 @@ pub use body::{
     GradingSpec, InitialSpec, MaterialModelSpec, MaterialSpec, PartSpec, PlaceSpec, RefinementSpec, SelfContactSpec,
     SleepSpec, TearModeSpec, TearRateSpec, TearingSpec,
 };
+pub use compartment::{CompartmentSpec, GasSpec, LiquidSpec};
 pub use constraint::{
     ArcSpec, ArrayRangeSpec, BallSpec, BedSpec, ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec,
     NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
