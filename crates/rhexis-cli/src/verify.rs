@@ -93,7 +93,10 @@ fn chosen(name: Option<&str>) -> Result<Vec<&'static Case>, Stop> {
     let names: Vec<&str> = CASES
         .iter()
         .map(|case| case.name)
-        .chain([Group::Mechanics, Group::Time, Group::Bed, Group::Contact, Group::Tear].map(Group::name))
+        .chain(
+            [Group::Mechanics, Group::Time, Group::Bed, Group::Compartments, Group::Contact, Group::Tear]
+                .map(Group::name),
+        )
         .collect();
     let suggestion =
         nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("did you mean `{near}`? "));

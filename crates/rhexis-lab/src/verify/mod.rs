@@ -7,6 +7,7 @@
 mod artifacts;
 mod bed;
 mod bodies;
+mod compartment;
 mod constitutive;
 mod contact;
 mod drum;
@@ -31,7 +32,7 @@ pub use artifacts::{FONT_NAME, load_font};
 
 use rhexis::components::BadCurve;
 use rhexis::membrane::BodyError;
-use rhexis::simulation::{CutError, MotionError, SimulationError, SpawnError};
+use rhexis::simulation::{CutError, MotionError, SetError, SimulationError, SpawnError};
 use rhexis_scene::output::OutputError;
 use rhexis_scene::{SceneError, generate::GenerateError};
 use std::path::PathBuf;
@@ -95,6 +96,9 @@ pub enum VerifyError {
     /// A turn of a body.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// Another value of a component.
+    #[error(transparent)]
+    Set(#[from] SetError),
     /// A motion over time.
     #[error(transparent)]
     Curve(#[from] BadCurve),
@@ -123,6 +127,8 @@ pub enum Group {
     Time,
     /// Tissue that is stuck to a bed.
     Bed,
+    /// Closed volumes under bodies.
+    Compartments,
     /// Contact with obstacles and of a body with itself.
     Contact,
     /// Tears: stress at tips, loads, paths, energies.
@@ -136,6 +142,7 @@ impl Group {
             Self::Mechanics => "mechanics",
             Self::Time => "time",
             Self::Bed => "bed",
+            Self::Compartments => "compartments",
             Self::Contact => "contact",
             Self::Tear => "tear",
         }
@@ -181,6 +188,15 @@ pub const CASES: &[Case] = &[
     time("time-cycle", "loss per cycle and phase under a harmonic strain", relaxation::cycle),
     time("time-spin", "a turn changes no stress", relaxation::spin),
     Case { name: "bed-peel", about: "the force that peels a strip off its bed", group: Group::Bed, run: bed::peel },
+    compartments(
+        "compartment-laplace",
+        "pressure in a sphere that a liquid fills, by mesh and time step",
+        compartment::sphere_under_pressure,
+    ),
+    compartments("compartment-gas", "a gas as a spring: its law, and a sphere that breathes", compartment::gas_spring),
+    compartments("compartment-bulge", "a disc that bulges over a given volume", compartment::bulge),
+    compartments("compartment-orifice", "pressure that falls through an opening", compartment::orifice),
+    compartments("compartment-hole", "a balloon with a hole goes slack", compartment::hole),
     contact("contact-balance", "forces of obstacles, rim and inertia add up at every step", contact::balance),
     contact("contact-landing", "a sheet thrown on a table: impulse and weight", contact::landing),
     contact(
@@ -227,6 +243,10 @@ const fn mechanics(name: &'static str, about: &'static str, run: Run) -> Case {
 
 const fn time(name: &'static str, about: &'static str, run: Run) -> Case {
     Case { name, about, group: Group::Time, run }
+}
+
+const fn compartments(name: &'static str, about: &'static str, run: Run) -> Case {
+    Case { name, about, group: Group::Compartments, run }
 }
 
 const fn contact(name: &'static str, about: &'static str, run: Run) -> Case {
