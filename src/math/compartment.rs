@@ -70,7 +70,7 @@ pub(crate) struct Filled {
     pub stiffness: f64,
     /// Flow out \[mm³/ms\].
     pub flow: f64,
-    /// Its derivative along the volume \[1/ms\], ≤ 0.
+    /// Derivative of the flow along the volume \[1/ms\], ≤ 0.
     pub flow_slope: f64,
 }
 
