@@ -111,8 +111,7 @@ impl StepContext {
             linear: settings.advanced.linear,
             position_tolerance: settings.position_tolerance,
             max_tear_passes: settings.max_tear_passes,
-            // How many iterations Newton's method takes is not known before.
-            budget: settings.budget.filter(|_| settings.advanced.newton_iterations <= 1),
+            budget: settings.budget,
             reserved: 0,
             preconditioner: settings.advanced.preconditioner,
             precision: settings.advanced.precision,

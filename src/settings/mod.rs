@@ -199,8 +199,8 @@ pub struct Settings {
     /// [`work_per_millisecond`](crate::report::Report::work_per_millisecond) measures the rate on this machine.
     ///
     /// Work beyond the budget is not begun: the step ends with the best answer so far, and where that would create energy with a
-    /// fraction of it (`any_substep_limited`). One solve, of 4 iterations at the least, and one advance are made whatever the budget. Steps of
-    /// several Newton iterations are not limited. Tears and refinement that are due go on in the next step, the tip first that has waited longest.
+    /// fraction of it (`any_substep_limited`). One solve, of 4 iterations at the least, and one advance are made whatever the budget. Newton's
+    /// iterations end with the last that it allows. Tears and refinement that are due go on in the next step, the tip first that has waited longest.
     /// No Cholesky factor is made where less than 380 is left.
     pub budget: Option<u32>,
     /// Threads; 0 means one per core. The result has the same bits for any number.

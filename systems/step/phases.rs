@@ -96,11 +96,12 @@ const FIRST_STAGE: &[Phase] = &[
 /// The solve of a step or a stage of it.
 const SOLVE: &[Phase] = &[When(is_linear, LINEAR), When(|step| !is_linear(step), from_ref(&NEWTON))];
 
-/// Newton's iteration. The last one of a dynamic step only evaluates the state reached by the ones before.
+/// Newton's iteration. The last one of a dynamic step only evaluates the state reached by the ones before. A quarter of the budget is kept for
+/// retries.
 const NEWTON: Phase = AtLeastOnce(Loop {
     needed: Stage::Unconverged,
     most: |step| step.newton_iterations,
-    context: |step, _| *step,
+    context: |step, _| StepContext { budget: step.budget.map(|budget| budget - budget / 4), ..*step },
     phases: &[Run(Stage::Evaluate), Run(Stage::Solve)],
     used_up: &[],
 });

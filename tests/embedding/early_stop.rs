@@ -9,7 +9,7 @@ use rhexis::event::EventKind;
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::report::Report;
-use rhexis::settings::{Accuracy, Advanced, Settings};
+use rhexis::settings::{Accuracy, Advanced, Integrator, Settings, Tangent};
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::{Attached, BodyId};
 
@@ -150,6 +150,21 @@ fn no_step_under_a_rough_hand_goes_above_its_budget() {
         }
     }
     assert!(sums.iter().all(|count| *count > 0), "nothing to bound: {sums:?}");
+}
+
+#[test]
+fn newtons_iterations_end_with_the_budget() {
+    let game = Settings::new(Accuracy::Game);
+    for integrator in [Integrator::BackwardEuler, Integrator::TrBdf2] {
+        let advanced = Advanced { newton_iterations: 4, tangent: Tangent::Exact, integrator, ..game.advanced };
+        let (free, _) = most_work(Settings { budget: None, advanced, ..game });
+        for budget in [150, 400] {
+            let (most, counts) = most_work(Settings { budget: Some(budget), advanced, ..game });
+            println!("{integrator:?}, a budget of {budget}: {most} of {free}, {counts:?}");
+            assert!(most <= budget && free > budget, "{most} of {budget}, {free} without");
+            assert!(counts[1] > 0, "nothing torn");
+        }
+    }
 }
 
 /// A sheet of 1,500 triangles with two notches in its upper edge, 40 steps of being pulled apart; returns the points torn to in each step, and

@@ -102,6 +102,10 @@ fn solve_body(
     if !step.is_static && step.newton_iterations > 1 && result.newton_iterations == step.newton_iterations {
         return;
     }
+    if step.newton_iterations > 1 && result.newton_iterations > 0 && !step.affords(result, 1) {
+        result.select(false);
+        return;
+    }
     result.tangent = step.tangent_of(result);
     result.newton_iterations += 1;
     result.work = result.work.saturating_add(work::EVALUATION);
