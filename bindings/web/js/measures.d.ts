@@ -55,6 +55,14 @@ export interface CourseFigures {
   time_ms: number;
   force_rms_n: number;
   force_peak_n: number;
+  force_mean_n: number;
+  force_time_above_mn_s: number;
+  tool_path_mm: number;
+  tremor_mm: number | null;
+  zonule_load_n: number | null;
+  spikes: number | null;
+  optic_covered: number | null;
+  optic_overlap_mm: number | null;
   force_by_grasp: GraspFigures[];
 }
 

@@ -27,11 +27,24 @@ pub(super) fn lines(course: &CourseReport) -> String {
     let by_grasp: Vec<String> =
         course.force_by_grasp.iter().map(|grasp| format!("{:.1}", 1e3 * grasp.force_rms_n)).collect();
     let by_grasp = if by_grasp.len() > 1 { format!("; rms by grasp {}", by_grasp.join(", ")) } else { String::new() };
+    let rim = match (course.spikes, course.optic_covered, course.optic_overlap_mm) {
+        (Some(spikes), Some(covered), Some(overlap)) => format!(
+            "\n    {spikes} spike(s), {:.0} % of the optic's edge covered, overlap at least {overlap:.3} mm",
+            100.0 * covered
+        ),
+        _ => String::new(),
+    };
+    let tremor = course.tremor_mm.map_or(String::new(), |tremor| format!(", tremor {:.1} µm rms", 1e3 * tremor));
+    let zonules = course.zonule_load_n.map_or(String::new(), |load| format!(", zonules up to {:.2} mN", 1e3 * load));
     format!(
-        "    {outcome}\n    {} grasp(s) in {:.2} s, {:.2} mN rms, {:.2} mN peak{by_grasp}",
+        "    {outcome}{rim}\n    {} grasp(s) in {:.2} s, {:.2} mN rms, {:.2} mN peak{by_grasp}\n    {:.2} mN mean, {:.2} mN·s above the \
+         limit, {:.2} mm of way{tremor}{zonules}",
         course.grasps,
         1e-3 * course.time_ms,
         1e3 * course.force_rms_n,
-        1e3 * course.force_peak_n
+        1e3 * course.force_peak_n,
+        1e3 * course.force_mean_n,
+        course.force_time_above_mn_s,
+        course.tool_path_mm
     )
 }

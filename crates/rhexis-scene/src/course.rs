@@ -30,6 +30,22 @@ pub struct CourseReport {
     pub force_rms_n: f64,
     /// Its peak \[N\].
     pub force_peak_n: f64,
+    /// Mean of the force at closed jaws \[N\].
+    pub force_mean_n: f64,
+    /// Force × time above the limit, 9 mN unless a scoring says otherwise \[mN·s\].
+    pub force_time_above_mn_s: f64,
+    /// Way of closed jaws \[mm\].
+    pub tool_path_mm: f64,
+    /// Tremor of closed jaws, RMS above 2 Hz \[mm\]; absent where no grasp has lasted for a second.
+    pub tremor_mm: Option<f64>,
+    /// Largest sum of the forces of the springs to ground \[N\]; absent without such springs.
+    pub zonule_load_n: Option<f64>,
+    /// Spikes of the opening at rest; absent unless the tear has closed, as the next two.
+    pub spikes: Option<u32>,
+    /// Part of an optic's edge that the capsule covers; the optic has 6 mm unless a scoring says otherwise.
+    pub optic_covered: Option<f64>,
+    /// Smallest overlap of the capsule with that optic \[mm\], negative where its edge is bare.
+    pub optic_overlap_mm: Option<f64>,
     /// One row per grasp.
     pub force_by_grasp: Vec<GraspReport>,
 }
@@ -84,6 +100,14 @@ impl CourseReport {
             time_ms: figures.time,
             force_rms_n: figures.force_rms,
             force_peak_n: figures.force_peak,
+            force_mean_n: figures.force_mean,
+            force_time_above_mn_s: figures.force_time_above,
+            tool_path_mm: figures.tool_path,
+            tremor_mm: figures.tremor,
+            zonule_load_n: figures.zonule_load,
+            spikes: figures.spikes,
+            optic_covered: figures.optic.map(|optic| optic.covered),
+            optic_overlap_mm: figures.optic.map(|optic| optic.smallest),
             force_by_grasp: course.grasps().iter().map(GraspReport::of).collect(),
         }
     }

@@ -98,6 +98,14 @@ class _Course(TypedDict):
     time_ms: float
     force_rms_n: float
     force_peak_n: float
+    force_mean_n: float
+    force_time_above_mn_s: float
+    tool_path_mm: float
+    tremor_mm: float | None
+    zonule_load_n: float | None
+    spikes: int | None
+    optic_covered: float | None
+    optic_overlap_mm: float | None
     force_by_grasp: list[_Grasp]
     axis_point: _F64
     axis_direction: _F64

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 /// Figures of a tear drawn by forceps.
-const COURSE: [&str; 12] = [
+const COURSE: [&str; 20] = [
     "outcome",
     "completion_deg",
     "diameter_mm",
@@ -18,6 +18,14 @@ const COURSE: [&str; 12] = [
     "time_ms",
     "force_rms_n",
     "force_peak_n",
+    "force_mean_n",
+    "force_time_above_mn_s",
+    "tool_path_mm",
+    "tremor_mm",
+    "zonule_load_n",
+    "spikes",
+    "optic_covered",
+    "optic_overlap_mm",
 ];
 
 /// Figures of a tear, by their names in the report and in the table.

@@ -16,10 +16,13 @@
 
 mod hand_force;
 mod opening;
+mod outline;
 mod tear_account;
 mod tear_course;
+mod tool_motion;
 
 pub use hand_force::{HandForce, HandForceFigures};
 pub use opening::{Axis, Opening};
+pub use outline::{OpticOverlap, spikes};
 pub use tear_account::{AccountFigures, Overshoot, TearAccount, TearSpan};
-pub use tear_course::{CourseFigures, GraspFigures, Outcome, TearCourse};
+pub use tear_course::{CourseFigures, GraspFigures, Limits, Outcome, TearCourse};

@@ -124,7 +124,8 @@ pub(super) fn boundary_loops(triangles: &Triangles, topology: &Topology) -> Vec<
     loops
 }
 
-fn edges(outline: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+/// Pairs of neighbouring points of a closed outline.
+pub(super) fn edges<P: Copy>(outline: &[P]) -> impl Iterator<Item = (P, P)> + '_ {
     outline.iter().copied().zip(outline.iter().copied().cycle().skip(1))
 }
 

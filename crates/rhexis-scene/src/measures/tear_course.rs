@@ -7,15 +7,22 @@
 //! | force | RMS and peak of the force at closed jaws, over the steps until the tear's end | fibre-Bragg forceps: experts 9 mN RMS, novices 17 |
 //! | force of a grasp | mean, RMS and peak of its own steps | Han 2025: 9.7 to 12.4 mN mean per grasp, peak 19 |
 //! | opening as it lies | the same figures as of the opening at rest, of the outline in space when it closes | a drawn capsule shrinks from its opening |
+//! | force × time | area between the force at closed jaws and a limit, where the force is above it, as a line between the ends of steps | 9 mN: Cutler et al. 2013, Invest Ophthalmol Vis Sci 54:1316 |
+//! | tool path | way of closed jaws, by the ends of steps | odometers of training simulators |
+//! | tremor | deviation of closed jaws above 2 Hz, RMS | Zheng et al. 2023, Transl Vis Sci Technol 12(3):32: experts 20, 24 and 12 µm by axis |
+//! | zonule load | largest sum of the forces of the springs to ground that hold for ever, as a vector: pre-stretch cancels out around the rim, and the pull that tools put on them is left | |
+//! | spikes, optic overlap | of the outline at rest, see [`spikes`] and [`OpticOverlap`] | |
 //! | largest radius | from the axis to the farthest point reached by a tip | run-out: past the zonules' insertion, or to the rim |
 //!
 //! A tear begins with a puncture near the axis, from which a cut leads outwards and round. The end of the cut that is left there is the
 //! flap's inner end. Where it tears on, it is the flap that tears off, and no circle that is left.
 
 use super::opening::{Axis, Opening, area_within, boundary_loops};
+use super::outline::{OpticOverlap, spikes};
+use super::tool_motion::{MotionSums, ToolMotion};
 use glam::DVec3;
 use hecs::World;
-use rhexis::components::{Grips, Pinch};
+use rhexis::components::{Anchor, Grips, Pinch, Springs};
 use rhexis::event::{Event, EventKind};
 use rhexis::storage::{BodyId, TipKey, Tips, Topology, Triangles, Vertices};
 use std::f64::consts::{PI, TAU};
@@ -64,6 +71,37 @@ pub struct CourseFigures {
     pub force_rms: f64,
     /// Peak of the force \[N\].
     pub force_peak: f64,
+    /// Mean of the force \[N\].
+    pub force_mean: f64,
+    /// Force × time above [`Limits::force`] \[mN·s\].
+    pub force_time_above: f64,
+    /// Way of closed jaws \[mm\].
+    pub tool_path: f64,
+    /// Tremor \[mm\]; `None` where no grasp has lasted for a second.
+    pub tremor: Option<f64>,
+    /// Zonule load \[N\]; `None` for a body without springs that hold for ever.
+    pub zonule_load: Option<f64>,
+    /// Spikes of the opening, in the rest shape.
+    pub spikes: Option<u32>,
+    /// Overlap of the capsule with an optic of [`Limits::optic_diameter`], in the rest shape.
+    pub optic: Option<OpticOverlap>,
+}
+
+/// Limits that figures of a course refer to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Limits {
+    /// Force above which force × time counts \[N\].
+    pub force: f64,
+    /// Diameter of the optic \[mm\].
+    pub optic_diameter: f64,
+}
+
+impl Default for Limits {
+    /// 9 mN (Cutler et al. 2013) and the usual optic of 6 mm.
+    fn default() -> Self {
+        Self { force: 9e-3, optic_diameter: 6.0 }
+    }
 }
 
 /// Force of one grasp on the tissue, from the closing of the jaws to their opening or to the end of the tear.
@@ -94,6 +132,18 @@ impl GraspFigures {
     }
 }
 
+/// A pair of jaws that is closed.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+struct ClosedJaws {
+    key: u64,
+    /// Index of the grasp.
+    grasp: usize,
+    /// Time \[ms\] and force \[N\] at the end of the last step.
+    last: (f64, f64),
+    motion: ToolMotion,
+}
+
 /// Follows the tears of one body from its present state on.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -110,8 +160,9 @@ pub struct TearCourse {
     squares: f64,
     samples: u64,
     grasps: Vec<GraspFigures>,
-    /// Jaws that are closed, and which grasp it is.
-    closed: Vec<(u64, usize)>,
+    closed: Vec<ClosedJaws>,
+    motion: MotionSums,
+    limits: Limits,
     figures: CourseFigures,
 }
 
@@ -137,6 +188,8 @@ impl TearCourse {
             samples: 0,
             grasps: Vec::new(),
             closed: Vec::new(),
+            motion: MotionSums::default(),
+            limits: Limits::default(),
             figures: CourseFigures::default(),
         };
         for slit in loops.iter().enumerate().filter(|(i, _)| *i != rim).map(|(_, slit)| slit) {
@@ -158,6 +211,12 @@ impl TearCourse {
         Some(course)
     }
 
+    /// Other limits than the usual ones.
+    #[must_use]
+    pub fn with_limits(self, limits: Limits) -> Self {
+        Self { limits, ..self }
+    }
+
     /// Takes a step in: the events that it has left, and the world after it. Nothing counts any more once the tear has ended.
     pub fn note(&mut self, world: &World, time: f64, events: &[Event]) {
         if self.figures.outcome != Outcome::Unfinished {
@@ -168,6 +227,9 @@ impl TearCourse {
             self.figures.grasps = grips.grasp_count;
             self.note_grasps(&grips, time);
             self.figures.force_rms = (self.squares / self.samples.max(1) as f64).sqrt();
+        }
+        if let Some(load) = self.springs_pull(world) {
+            self.figures.zonule_load = Some(self.figures.zonule_load.map_or(load, |largest| largest.max(load)));
         }
         let body = self.body;
         for event in events.iter().filter(|event| event.body == body) {
@@ -194,7 +256,8 @@ impl TearCourse {
     pub fn figures(&self) -> CourseFigures {
         let passed = (self.passed[1] - self.passed[0]).clamp(0.0, TAU);
         let completion = if self.figures.outcome == Outcome::Closed { TAU } else { passed };
-        CourseFigures { completion, ..self.figures }
+        let (tool_path, tremor) = (self.motion.path, self.motion.tremor());
+        CourseFigures { completion, tool_path, tremor, ..self.figures }
     }
 
     /// The grasps up to now, in the order in which jaws have closed.
@@ -207,26 +270,51 @@ impl TearCourse {
         self.axis
     }
 
-    /// Takes in the force at every pair of closed jaws.
+    /// Takes in force and place of every pair of closed jaws.
     fn note_grasps(&mut self, grips: &Grips, time: f64) {
         // Grips stand first and keep their place; a handle of forceps is never as small as that.
         let jaws = |(row, pinch): (usize, &Pinch)| {
-            (pinch.forceps.map_or(row as u64, |f| f.entity().to_bits().get()), pinch.force.length())
+            let key = pinch.forceps.map_or(row as u64, |f| f.entity().to_bits().get());
+            (key, pinch.force.length(), pinch.motion.at(time).position)
         };
         let closed = || grips.pinches.iter().enumerate().filter(|(_, pinch)| pinch.is_closed()).map(jaws);
-        self.closed.retain(|(key, _)| closed().any(|(other, _)| other == *key));
-        for (key, force) in closed() {
+        self.closed.retain(|jaws| closed().any(|(key, ..)| key == jaws.key));
+        for (key, force, place) in closed() {
             self.squares += force * force;
             self.samples += 1;
+            self.figures.force_mean += (force - self.figures.force_mean) / self.samples as f64;
             self.figures.force_peak = self.figures.force_peak.max(force);
-            let known = self.closed.iter().find(|(other, _)| *other == key).map(|&(_, grasp)| grasp);
-            let grasp = known.unwrap_or_else(|| {
-                self.closed.push((key, self.grasps.len()));
-                self.grasps.push(GraspFigures { from: time, ..GraspFigures::default() });
-                self.grasps.len() - 1
-            });
+            let grasp = match self.closed.iter_mut().find(|jaws| jaws.key == key) {
+                Some(jaws) => {
+                    let (before, last) = std::mem::replace(&mut jaws.last, (time, force));
+                    let over = [last, force].map(|force| force - self.limits.force);
+                    self.figures.force_time_above += (time - before) * mean_above_zero(over);
+                    jaws.motion.go_on(time, place, &mut self.motion);
+                    jaws.grasp
+                }
+                None => {
+                    let (grasp, motion) = (self.grasps.len(), ToolMotion::begin(time, place));
+                    self.closed.push(ClosedJaws { key, grasp, last: (time, force), motion });
+                    self.grasps.push(GraspFigures { from: time, ..GraspFigures::default() });
+                    grasp
+                }
+            };
             self.grasps[grasp].take(time, force);
         }
+    }
+
+    /// Amount of the sum of the forces \[N\] of springs to ground, but for bonds; `None` for a body without such springs.
+    fn springs_pull(&self, world: &World) -> Option<f64> {
+        let mut query = world.query_one::<(&Vertices, &Triangles, &Topology, &Springs)>(self.body.entity());
+        let (vertices, triangles, topology, springs) = query.get().ok()?;
+        let anchors = springs.anchors.rows().iter().zip(springs.anchors.values());
+        let mut zonules = anchors.filter(|(_, anchor)| anchor.bond.is_none()).peekable();
+        zonules.peek()?;
+        let force = |(&row, anchor): (&u32, &Anchor)| {
+            let (area, _) = topology.areas_at(triangles, row);
+            (anchor.point - vertices.position[row as usize]) * (anchor.stiffness * area)
+        };
+        Some(zonules.map(force).sum::<DVec3>().length())
     }
 
     fn look_for_opening(&mut self, world: &World) {
@@ -235,7 +323,10 @@ impl TearCourse {
         // It lies around the axis where its centroid is nearer to that than its own radius.
         let openings = Opening::of_body(vertices, triangles, topology, &self.axis);
         if let Some((opening, outline)) = openings.into_iter().find(|(o, _)| o.decentration < 0.5 * o.diameter) {
+            let at_rest: Vec<DVec3> = outline.iter().map(|&v| vertices.rest_position[v as usize]).collect();
             self.figures.opening = Some(opening);
+            self.figures.spikes = Some(spikes(&at_rest));
+            self.figures.optic = Some(OpticOverlap::from_outline(&at_rest, &self.axis, self.limits.optic_diameter));
             let present: Vec<DVec3> = outline.iter().map(|&v| vertices.position[v as usize]).collect();
             self.figures.opening_as_it_lies = Opening::from_outline(&present, &self.axis);
             self.figures.outcome = Outcome::Closed;
@@ -286,5 +377,64 @@ impl TearCourse {
         };
         let size = self.axis.offset(self.rim[0]).length();
         ends.map(distance).fold(f64::INFINITY, f64::min) <= ON_RIM * size
+    }
+}
+
+/// Mean of the positive part of a line between two values.
+fn mean_above_zero([from, to]: [f64; 2]) -> f64 {
+    let (least, largest) = (from.min(to), from.max(to));
+    if least >= 0.0 {
+        0.5 * (from + to)
+    } else if largest <= 0.0 {
+        0.0
+    } else {
+        0.5 * largest * largest / (largest - least)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Document;
+
+    /// Force × time above 9 mN of a force \[N\] over the time \[ms\], with steps of `dt` for a second.
+    fn above(dt: f64, force: impl Fn(f64) -> f64) -> f64 {
+        let count = (1000.0 / dt) as u32;
+        let over = |step: u32| force(f64::from(step) * dt) - Limits::default().force;
+        (0..count).map(|step| dt * mean_above_zero([over(step), over(step + 1)])).sum()
+    }
+
+    #[test]
+    fn force_times_time_is_the_area_above_the_limit() {
+        // 5 mN above the limit for a second; below and at it nothing.
+        assert!((above(10.0, |_| 14e-3) - 5.0).abs() < 1e-12);
+        assert_eq!((above(10.0, |_| 8e-3), above(10.0, |_| 9e-3)), (0.0, 0.0));
+        // A triangle up to 18 mN: half as high and half as long above the limit, at any step that meets its top.
+        let triangle = |time: f64| 18e-3 * (1.0 - (time / 500.0 - 1.0).abs());
+        for dt in [500.0, 125.0, 10.0] {
+            assert!((above(dt, triangle) - 0.5 * 9.0 * 0.5).abs() < 1e-12, "{}", above(dt, triangle));
+        }
+    }
+
+    #[test]
+    fn zonules_take_the_pull_that_shifts_the_capsule() {
+        let mut document = Document::named("capsulorhexis").unwrap();
+        ["bodies.0.mesh.cap.triangles=1500", "bodies.0.refinement.budget=3"]
+            .iter()
+            .for_each(|set| document.set(set).unwrap());
+        let mut instance = document.scene().unwrap().instantiate().unwrap();
+        let body = instance.bodies[0];
+        let mut course = TearCourse::new(instance.simulation.world(), body, 0.0).unwrap();
+        course.note(instance.simulation.world(), 0.0, &[]);
+        assert_eq!(course.figures().zonule_load, Some(0.0));
+        for way in [DVec3::new(0.006, -0.008, 0.0), DVec3::new(0.001, 0.0, 0.0)] {
+            let vertices = instance.simulation.entity_mut::<&mut Vertices>(body).unwrap();
+            let shifted = vertices.rest_position.iter().map(|&rest| rest + way).collect();
+            vertices.position = shifted;
+            course.note(instance.simulation.world(), 10.0, &[]);
+            // The scene's zonules have 4 N/mm in all; the largest load stays.
+            let load = course.figures().zonule_load.unwrap();
+            assert!((load - 4.0 * 0.01).abs() < 1e-12, "{load}");
+        }
     }
 }
