@@ -14,12 +14,16 @@ use std::time::Duration;
 /// The file in the output directory; a new one takes the place of the last.
 pub(super) const NAME: &str = "run.snapshot";
 
+/// Version of the parts that are not the engine's, raised with their layout: 1 since a course has tool path and zonule load.
+const VERSION: u16 = 1;
+
 /// For inputs that are not those of the run.
 const REMEDY: &str = "put it back as it was, or begin the run anew without --resume";
 
 /// A run after some step.
 #[derive(Deserialize, Serialize)]
 pub(super) struct Checkpoint {
+    pub version: OwnVersion,
     /// The scene's fingerprint, but for the number of steps and of threads.
     pub scene: u64,
     pub snapshot: Snapshot,
@@ -37,6 +41,25 @@ pub(super) struct Checkpoint {
     pub inputs: Vec<u64>,
 }
 
+/// A [`VERSION`] that is refused, before anything that follows it is read, where it is another.
+#[derive(Clone, Deserialize, Serialize)]
+#[serde(try_from = "u16", into = "u16")]
+pub(super) struct OwnVersion;
+
+impl From<OwnVersion> for u16 {
+    fn from(_: OwnVersion) -> Self {
+        VERSION
+    }
+}
+
+impl TryFrom<u16> for OwnVersion {
+    type Error = String;
+
+    fn try_from(version: u16) -> Result<Self, String> {
+        if version == VERSION { Ok(Self) } else { Err(format!("version {version}, not {VERSION}")) }
+    }
+}
+
 impl From<SnapshotError> for Stop {
     fn from(error: SnapshotError) -> Self {
         Self::Failed(error.to_string())
@@ -52,7 +75,15 @@ impl Checkpoint {
     /// The last one of a run of this scene, which reads files that have not changed since.
     pub(crate) fn load(folder: &Path, scene: u64, inputs: &Inputs) -> Result<Self, Stop> {
         let path = folder.join(NAME);
-        let named = |error: SnapshotError| Stop::Failed(format!("{}: {error}", path.display()));
+        let named = |error: SnapshotError| {
+            let remedy = match error {
+                SnapshotError::Unreadable(_) => {
+                    "; if another version of the program has written it, begin the run anew without --resume"
+                }
+                _ => "",
+            };
+            Stop::Failed(format!("{}: {error}{remedy}", path.display()))
+        };
         let checkpoint: Self = read(&path).and_then(|bytes| unpack(Kind::Run, &bytes)).map_err(named)?;
         if checkpoint.scene != scene {
             let path = path.display();

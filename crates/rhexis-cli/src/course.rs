@@ -1,6 +1,7 @@
 //! The course of a tear drawn by forceps, in the summary.
 
 use rhexis_scene::course::CourseReport;
+use rhexis_scene::score::Score;
 
 /// Lines of the summary about a course.
 pub(super) fn lines(course: &CourseReport) -> String {
@@ -34,11 +35,12 @@ pub(super) fn lines(course: &CourseReport) -> String {
         ),
         _ => String::new(),
     };
+    let score = course.score.as_ref().map_or(String::new(), |score| format!("\n    {}", score_line(score)));
     let tremor = course.tremor_mm.map_or(String::new(), |tremor| format!(", tremor {:.1} µm rms", 1e3 * tremor));
     let zonules = course.zonule_load_n.map_or(String::new(), |load| format!(", zonules up to {:.2} mN", 1e3 * load));
     format!(
         "    {outcome}{rim}\n    {} grasp(s) in {:.2} s, {:.2} mN rms, {:.2} mN peak{by_grasp}\n    {:.2} mN mean, {:.2} mN·s above the \
-         limit, {:.2} mm of way{tremor}{zonules}",
+         limit, {:.2} mm of way{tremor}{zonules}{score}",
         course.grasps,
         1e-3 * course.time_ms,
         1e3 * course.force_rms_n,
@@ -47,4 +49,15 @@ pub(super) fn lines(course: &CourseReport) -> String {
         course.force_time_above_mn_s,
         course.tool_path_mm
     )
+}
+
+/// The line of a course's score.
+fn score_line(score: &Score) -> String {
+    let total = format!("score {:.0} of 100 (pass at {:.0})", score.total, score.pass);
+    if let Some(failure) = score.failure {
+        return format!("{total}: {failure}");
+    }
+    let points: Vec<String> =
+        score.measures.iter().map(|row| format!("{} {:.0}", row.key.name(), row.points)).collect();
+    format!("{total}: {}", points.join(", "))
 }

@@ -466,7 +466,10 @@ fn body_figures(instance: &mut Instance, index: usize, body: BodyId, s: &Sources
         reactions,
         grips,
         guard: s.tally.guard(index),
-        course: s.courses.iter().find(|course| course.body() == body).map(CourseReport::of),
+        course: s.courses.iter().find(|course| course.body() == body).map(|course| match &instance.scoring {
+            Some(scoring) => CourseReport::scored(course, scoring),
+            None => CourseReport::of(course),
+        }),
         tear: tear_figures(instance, body, account),
         bed: instance.simulation.bed(body).map(|bed| BedFigures {
             area_mm2: bed.area,

@@ -1,7 +1,7 @@
 //! `rhexis run`.
 
 use super::account;
-use super::checkpoint::{self, Checkpoint};
+use super::checkpoint::{self, Checkpoint, OwnVersion};
 use super::files::Files;
 use super::inputs::Inputs;
 use super::interrupt::{self, Interrupt};
@@ -19,6 +19,7 @@ use rhexis::event::EventKind;
 use rhexis::frame::Frame;
 use rhexis_scene::measures::{TearAccount, TearCourse};
 use rhexis_scene::schema::Mode;
+use rhexis_scene::score::Scoring;
 use rhexis_scene::{Instance, Scene};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -127,7 +128,9 @@ pub(super) fn run_until(args: &RunArgs, interrupt: Option<Interrupt>) -> Result<
     let last = observe(&mut instance);
     let world = instance.simulation.world();
     let drawn = instance.bodies.iter().filter(|&&body| world.satisfies::<(&Tearing, &Grips)>(body.entity()));
-    let courses = drawn.filter_map(|&body| TearCourse::new(world, body, last.time)).collect();
+    let limits = instance.scoring.as_ref().map(Scoring::limits).unwrap_or_default();
+    let courses =
+        drawn.filter_map(|&body| Some(TearCourse::new(world, body, last.time)?.with_limits(limits))).collect();
     let courses = kept.as_ref().map_or(courses, |kept| kept.courses.clone());
     let torn = instance.bodies.iter().filter(|&&body| world.satisfies::<&Tearing>(body.entity()));
     let accounts = torn.map(|&body| TearAccount::new(world, body)).collect();
@@ -270,6 +273,7 @@ impl Running<'_> {
             return self.files.fault(checkpoint::NAME, what);
         };
         let kept = Checkpoint {
+            version: OwnVersion,
             scene: *scene,
             snapshot: self.instance.simulation.snapshot(),
             progress: self.instance.progress(),

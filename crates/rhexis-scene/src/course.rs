@@ -1,6 +1,7 @@
 //! The course of a tear drawn by forceps, with the keys that it has in `report.json`, on the page and in Python.
 
 use crate::measures::{GraspFigures, Outcome, TearCourse};
+use crate::score::{Score, Scoring};
 use serde::Serialize;
 
 /// The course of a tear about an axis; figures as [`CourseFigures`](crate::measures::CourseFigures) defines them.
@@ -38,7 +39,7 @@ pub struct CourseReport {
     pub tool_path_mm: f64,
     /// Tremor of closed jaws, RMS above 2 Hz \[mm\]; absent where no grasp has lasted for a second.
     pub tremor_mm: Option<f64>,
-    /// Largest sum of the forces of the springs to ground \[N\]; absent without such springs.
+    /// Largest sideways sum of the forces of the springs to ground \[N\]; absent without such springs.
     pub zonule_load_n: Option<f64>,
     /// Spikes of the opening at rest; absent unless the tear has closed, as the next two.
     pub spikes: Option<u32>,
@@ -48,6 +49,9 @@ pub struct CourseReport {
     pub optic_overlap_mm: Option<f64>,
     /// One row per grasp.
     pub force_by_grasp: Vec<GraspReport>,
+    /// Score; absent without a scoring.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub score: Option<Score>,
 }
 
 /// The force of one grasp; figures as [`GraspFigures`] defines them.
@@ -109,6 +113,13 @@ impl CourseReport {
             optic_covered: figures.optic.map(|optic| optic.covered),
             optic_overlap_mm: figures.optic.map(|optic| optic.smallest),
             force_by_grasp: course.grasps().iter().map(GraspReport::of).collect(),
+            score: None,
         }
+    }
+
+    /// The figures of a course as they stand, with their score.
+    pub fn scored(course: &TearCourse, scoring: &Scoring) -> Self {
+        let report = Self::of(course);
+        Self { score: Some(scoring.score(&report)), ..report }
     }
 }

@@ -7,6 +7,7 @@ use super::document::Parsed;
 use super::error::{Fault, positive};
 use super::probes::{self, Probe};
 use super::schema::{BodySpec, Mode, OutputSpec, RunSpec};
+use super::score::Scoring;
 use super::seams::Seams;
 use super::size::Demand;
 use super::timed::{CutTold, Timed};
@@ -50,6 +51,8 @@ pub struct Instance {
     pub run: Run,
     /// What to write of it.
     pub output: OutputSpec,
+    /// How courses of tears are scored, where the scene asks for it.
+    pub scoring: Option<Scoring>,
     /// Cuts that were made so far, as the scene asked for them; in a resumed run, since it was resumed.
     pub cuts: Vec<CutTold>,
     /// Springs that broke in the last step, by body.
@@ -121,6 +124,8 @@ impl Scene {
         Demand::announced(specs)?.files(&output, run.steps)?;
         copies::check_names(specs)?;
         let (mut demand, files) = (Demand::default(), self.document.files());
+        let scoring = output.scoring.as_deref().map(|scoring| Scoring::open(scoring, &files, "output.scoring"));
+        let scoring = scoring.transpose()?;
         let (mut textures, mut seams, mut names) = (Vec::new(), Vec::new(), Vec::new());
         let (mut breaking, mut all_changing) = (Vec::new(), Vec::new());
         for (i, spec) in specs.iter().enumerate() {
@@ -168,6 +173,7 @@ impl Scene {
             obstacle_notes,
             run,
             output,
+            scoring,
             cuts,
             broken_springs: Vec::new(),
             breaking,

@@ -35,6 +35,7 @@ mod probes;
 mod region;
 mod renamed;
 pub mod schema;
+pub mod score;
 mod seams;
 mod sets;
 mod settings;
@@ -116,8 +117,8 @@ impl Scene {
         self.document.file()
     }
 
-    /// Files of curves, meshes with the buffers of glTF, fibres, values per triangle and textures that it reads, each once, but for those
-    /// given with its text.
+    /// Files of curves, meshes with the buffers of glTF, fibres, values per triangle, textures and the scoring that it reads, each once, but
+    /// for those given with its text.
     pub fn data_files(&self) -> Vec<PathBuf> {
         let sources = self.document.files();
         let mut files: Vec<PathBuf> = self.tables.iter().map(|table| sources.path(table)).collect();
@@ -144,6 +145,8 @@ impl Scene {
                 files.extend(mesh(&file.path));
             }
         }
+        let scoring = self.file.output.scoring.iter().filter(|scoring| !score::Scoring::is_named(scoring));
+        files.extend(scoring.map(|scoring| sources.path(scoring)));
         files.retain(|file| !sources.is_given(file));
         files.sort();
         files.dedup();

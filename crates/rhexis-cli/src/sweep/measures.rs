@@ -78,6 +78,9 @@ fn of_body(body: &Value, prefix: &str, found: &mut Vec<(String, Value)>) {
     let mut put = |name: &str, value: &Value| found.push((format!("{prefix}{name}"), value.clone()));
     if body["course"].is_object() {
         COURSE.iter().for_each(|name| put(name, &body["course"][name]));
+        if body["course"]["score"].is_object() {
+            put("score", &body["course"]["score"]["total"]);
+        }
     }
     if body["tear"].is_object() {
         TEAR.iter().for_each(|(pointer, name)| put(name, body["tear"].pointer(pointer).unwrap_or(&Value::Null)));

@@ -381,6 +381,40 @@ fn a_killed_run_resumes_to_the_same_results() {
 }
 
 #[test]
+fn a_course_is_scored_and_a_resumed_one_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    fn run<'a>(more: &[&'a str]) -> Vec<&'a str> {
+        let few = ["--set", "bodies.0.mesh.cap.triangles=1500", "--set", "bodies.0.refinement.budget=3"];
+        let quiet = ["--set", "output.pictures=0", "--set", "output.frames=0"];
+        [&["run", "capsulorhexis"], &few[..], &quiet, more].concat()
+    }
+    let summary = done(folder.path(), &run(&["--out", "whole", "--steps", "130"]));
+    assert!(summary.contains("of 100 (pass at 80): diameter 0, "), "{summary}");
+    assert!(summary.contains("mN·s above the limit") && summary.contains("tremor"), "{summary}");
+    done(folder.path(), &run(&["--out", "broken", "--steps", "115", "--snapshots", "50", "--quiet"]));
+    done(folder.path(), &run(&["--out", "broken", "--steps", "130", "--resume", "--quiet"]));
+    let course = |out: &str| json(&read(&folder.path().join(out), "report.json"))["bodies"][0]["course"].clone();
+    let whole = course("whole");
+    assert_eq!(whole, course("broken"));
+
+    let score = &whole["score"];
+    assert_eq!((score["pass"].as_f64(), score["is_passed"].as_bool()), (Some(80.0), Some(false)));
+    let row = |key: &str| score["measures"].as_array().unwrap().iter().find(|row| row["key"] == key).unwrap();
+    assert_eq!(row("diameter_mm")["missing"], "the tear has not closed");
+    for key in ["tremor_mm", "tool_path_mm", "force_rms_n", "grasps"] {
+        assert_eq!(row(key)["value"].as_f64(), whole[key].as_f64(), "{key}");
+        assert!(row(key)["value"].as_f64().unwrap() > 0.0, "{key}");
+    }
+
+    let scored = ["--set", "output.scoring=mine.toml"];
+    let error = refused(folder.path(), &run(&scored), 1);
+    assert!(error.contains("cannot read mine.toml") && error.contains("give \"capsulorhexis\""), "{error}");
+    std::fs::write(folder.path().join("mine.toml"), "[limits]\nforce = 9e-3\n").unwrap();
+    let error = refused(folder.path(), &run(&scored), 1);
+    assert!(error.contains("mine.toml:2:1: unknown key `force`") && error.contains("`force_n`"), "{error}");
+}
+
+#[test]
 fn a_recorded_run_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
     done(folder.path(), &["run", "fig2-tear", "--steps", "12", "--quiet", "--record", "tear.rec"]);

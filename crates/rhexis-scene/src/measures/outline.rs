@@ -125,7 +125,7 @@ mod tests {
 
     const POLE: Axis = Axis { point: DVec3::ZERO, direction: DVec3::Z };
 
-    /// An outline of so many points by its radius over the angle, about a centre.
+    /// An outline by its number of points and its radius over the angle, about a centre.
     fn outline(count: u32, centre: DVec3, radius: impl Fn(f64) -> f64) -> Vec<DVec3> {
         let angles = (0..count).map(|i| TAU * f64::from(i) / f64::from(count));
         angles.map(|angle| centre + radius(angle) * DVec3::new(angle.cos(), angle.sin(), 0.0)).collect()

@@ -36,6 +36,7 @@ pub use tool::{BladeSpec, CutSpec, PunctureSpec};
 
 use rhexis::settings::LinearParams;
 use serde::Deserialize;
+use std::path::PathBuf;
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -323,6 +324,9 @@ pub struct OutputSpec {
     pub ply: bool,
     /// The same as `surface-INDEX.glb`, with texture coordinates, colours and `texture` where they have them. Default false.
     pub gltf: bool,
+    /// Scoring of the courses of tears: `"capsulorhexis"`, or the path of a scoring file, relative to the scene file (see
+    /// [`score`](crate::score)). Default none.
+    pub scoring: Option<PathBuf>,
 }
 
 impl Default for OutputSpec {
@@ -339,6 +343,7 @@ impl Default for OutputSpec {
             obj: false,
             ply: false,
             gltf: false,
+            scoring: None,
         }
     }
 }
