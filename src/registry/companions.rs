@@ -112,8 +112,7 @@ pub(crate) fn complete(entity: &mut impl Give) {
         entity.ensure::<DihedralAngles>();
         entity.ensure::<BendingPasses>();
     }
-    let with_band = |contact: &Contact| entity.look(|triangles: &Triangles| contact.with_band(triangles)).flatten();
-    if let Some(contact) = entity.look(with_band).flatten() {
+    if let Some(contact) = entity.look(Contact::with_band).flatten() {
         entity.give(contact);
     }
     relax(entity);

@@ -1,10 +1,12 @@
 //! Contact of a body with itself: layers rest on each other, balance their momentum and never pass through one another.
 
 use glam::DVec3;
-use rhexis::components::{Bending, Contact, Curve, Damping, Drag, EnergyAudit, Gravity, Hold, Material, SelfContact};
+use rhexis::components::{
+    Bending, Contact, Curve, Damping, Drag, EnergyAudit, Gravity, Hold, Jaws, Material, Pose, SelfContact,
+};
 use rhexis::membrane::Membrane;
 use rhexis::settings::{LinearParams, Preconditioner, Settings};
-use rhexis::simulation::Simulation;
+use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::{Attached, BodyId, TriangleMesh, Triangles, Vertices};
 
 pub const GRAVITY: f64 = 9.81e-3;
@@ -175,6 +177,36 @@ fn a_strip_folded_over_comes_to_rest_on_itself() {
         );
         assert!(worst == 0 && lowest >= 0.0 && kinetic < 1e-10, "{worst} {lowest} {kinetic}");
     }
+}
+
+/// Jaws that draw by springs hold no two vertices against each other: the upper leaf of a fold falls onto the lower one between them, not through it.
+#[test]
+fn layers_between_jaws_that_draw_by_springs_do_not_pass_through_each_other() {
+    let mut mesh = empty();
+    grid(&mut mesh, [14, 4], [14.0, 4.0], |s, y| match s {
+        ..=6.0 => DVec3::new(s, y, 0.0),
+        ..7.5 => DVec3::new(7.0, y, 0.5),
+        _ => DVec3::new(14.0 - s, y, 1.0),
+    });
+    let strip = Membrane::new("strip", mesh, tissue(3.0, 0.05))
+        .with(Gravity { acceleration: DVec3::NEG_Z * GRAVITY })
+        .with(touching(0.05, None));
+    let lower = (0..5).flat_map(|j| (0..7).map(move |i| j * 15 + i));
+    let strip = hold(strip, "lower", lower, DVec3::ZERO, Curve::constant(0.0));
+    let mut simulation = Simulation::new(Settings::default()).unwrap();
+    let body = simulation.spawn(strip).unwrap();
+    let jaws = Jaws { radius: 30.0, stiffness: Some(1e-7), ..Jaws::default() };
+    let middle = DVec3::new(3.0, 2.0, 0.0);
+    let forceps = simulation.spawn_forceps("forceps", jaws, Pose::at(middle)).unwrap();
+    simulation.close_forceps(forceps, body, &Grasp::Point(middle)).unwrap();
+    for _ in 0..100 {
+        simulation.step(2.0).unwrap();
+    }
+    let lowest = with(&simulation, body, |v, _| {
+        v.position.iter().zip(&v.rest_position).filter(|(_, rest)| rest.z == 1.0).map(|(p, _)| p.z).fold(1.0, f64::min)
+    });
+    // Ten times as long as a fall of 1 mm takes.
+    assert!(lowest > 0.0 && lowest < 0.2, "{lowest}");
 }
 
 #[test]

@@ -5,20 +5,14 @@ use crate::components::BodyError;
 use crate::components::check::{Host, not_negative, number, positive};
 use crate::storage::Triangles;
 
-/// The default [band](SelfContact::band), in radii.
-const BAND_IN_RADII: f64 = 10.0;
-
-/// The least default band, in mean edges.
-const BAND_IN_EDGES: f64 = 1.6;
-
 /// Contact of a body with itself: its layers keep a distance, and none passes through another. *Parameter* of [`Contact`]. A planar body has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct SelfContact {
     /// Distance \[mm\] below which two layers repel each other, above 0 and at most half a mean edge of the mesh that takes it: the thickness of the tissue or more.
     pub radius: f64,
-    /// Rest distance \[mm\] within which places do not touch, ≥ 0: neighbours, and the lips of a tear. Without it the body takes ten radii or
-    /// 1.6 mean edges, whichever is more, of the mesh that it has then.
+    /// Rest distance \[mm\] within which vertices, and parts with them, do not touch, ≥ 0: those of small triangles, and the lips of a tear. Without it
+    /// the body takes one radius.
     pub band: Option<f64>,
 }
 
@@ -31,20 +25,18 @@ impl SelfContact {
     pub(super) fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
         positive("Contact", "radius of self_contact", self.radius)?;
         self.band.map_or(Ok(()), |band| not_negative("Contact", "band of self_contact", band))?;
-        // The band is that of the mesh which the body had when it took it: refined since, its edges may be shorter.
-        let of_band = self.band.map_or(0.0, |band| 0.5 / BAND_IN_EDGES * band);
+        // A body that has taken a band may have been refined since.
         let most = host.surface.map_or(f64::INFINITY, |(triangles, _)| 0.5 * mean_edge(triangles));
-        let is_right = self.radius <= most.max(of_band);
+        let is_right = self.radius <= most.max(self.band.unwrap_or(0.0));
         number("Contact", "radius of self_contact", self.radius, (is_right, "it must be at most half a mean edge"))
     }
 }
 
 impl Contact {
-    /// Contact with the band that it takes on a mesh; `None` where it has one, or needs none.
-    pub(crate) fn with_band(&self, triangles: &Triangles) -> Option<Self> {
+    /// Contact with the band that it takes; `None` where it has one, or needs none.
+    pub(crate) fn with_band(&self) -> Option<Self> {
         let SelfContact { radius, band: None } = self.self_contact? else { return None };
-        let band = (BAND_IN_RADII * radius).max(BAND_IN_EDGES * mean_edge(triangles));
-        Some(Self { self_contact: Some(SelfContact { radius, band: Some(band) }), ..*self })
+        Some(Self { self_contact: Some(SelfContact { radius, band: Some(radius) }), ..*self })
     }
 }
 

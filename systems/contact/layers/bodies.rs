@@ -188,7 +188,9 @@ pub fn push_bodies_apart(world: &mut World, step: &StepContext) -> usize {
         );
         let is_touching = |pair: &&Pair| !joined.held.all(pair) && layers.through.binary_search(pair).is_err();
         let others = layers.pairs.iter().filter(is_touching);
-        springs.extend(others.filter_map(|pair| spring(pair, &joined.x, motion.radii.of(pair), (&share, &resistance))));
+        let radius = |pair: &Pair| motion.radii.of(pair);
+        let most = motion.radii.largest();
+        springs.extend(others.filter_map(|pair| spring(pair, &joined.x, (most, &radius), (&share, &resistance))));
         layers.touching = springs.len() as u32;
         layers.tests += TESTS_PER_SPRING * springs.len();
         joined.count_work(layers, members);

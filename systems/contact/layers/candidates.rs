@@ -13,7 +13,7 @@ const BALL_ROUNDING: f64 = 1e-12;
 const LEAF: usize = 4;
 
 /// Further motion for which candidates are listed, over the reach, beside as much motion as there was.
-const SLACK: f64 = 2.0;
+const SLACK: f64 = 0.5;
 
 /// Part of the triangles, as its inverse, above which all candidates are looked for again.
 const NEW_PART: usize = 3;
@@ -84,7 +84,7 @@ impl Ball {
 }
 
 /// Vertices of two triangles that are within a distance of each other in the rest shape.
-fn near(a: &[DVec3; 3], b: &[DVec3; 3], distance_sq: f64) -> [[bool; 3]; 3] {
+pub(super) fn near(a: &[DVec3; 3], b: &[DVec3; 3], distance_sq: f64) -> [[bool; 3]; 3] {
     let mut near = [[false; 3]; 3];
     for (row, p) in near.iter_mut().zip(a) {
         for (is_near, q) in row.iter_mut().zip(b) {
@@ -157,7 +157,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// Lists the pairs of triangles whose boxes meet and that have parts which may touch; where only some of the triangles are new, all others stay.
+    /// Lists the pairs of triangles without a common vertex whose boxes meet and that have parts which may touch; where only some of the triangles are new, all others stay.
     fn list_candidates(&self, candidates: &mut Candidates, order: &[u32], are_new: Option<&[bool]>) {
         let Candidates { list, boxes, are_too_many, .. } = candidates;
         let most = CANDIDATES * (MOST_PER_TRIANGLE * order.len() + MOST_BESIDE);
@@ -170,7 +170,8 @@ impl Sweep<'_> {
             // Of two new ones the first looks for both.
             tree.around(place, |other, near| {
                 let u = order[other];
-                if u != t && !(is_new(u) && other < place) {
+                let are_neighbours = || self.corners[t as usize].iter().any(|v| self.corners[u as usize].contains(v));
+                if u != t && !(is_new(u) && other < place) && !(near != [[false; 3]; 3] && are_neighbours()) {
                     let (rows, near) = if t < u { ([t, u], near) } else { ([u, t], transposed(near)) };
                     list.push(Candidate { rows, near });
                 }
@@ -184,7 +185,7 @@ impl Sweep<'_> {
     }
 
     /// Corners of a triangle in the rest shape \[mm\].
-    fn at_rest(&self, t: u32) -> [DVec3; 3] {
+    pub(super) fn at_rest(&self, t: u32) -> [DVec3; 3] {
         self.corners[t as usize].map(|v| self.rest[v as usize])
     }
 }

@@ -46,6 +46,9 @@ const LEAST_STIFFNESS: f64 = 1e-6;
 /// Least distance in the law, over the radius.
 const LEAST_DISTANCE: f64 = 0.02;
 
+/// Maximum radius of parts that an edge joins, over their distance at rest, which in a narrow triangle is less than the radius.
+const PART_OF_REST: f64 = 0.5;
+
 /// Target distance of the further solve between parts that the solve before has carried through each other, over the radius.
 const GOAL: f64 = 0.7;
 
@@ -91,8 +94,12 @@ pub fn push_apart(world: &mut World, step: &StepContext) -> usize {
                 let place = (pair.rows[0], x[pair.rows[0] as usize]);
                 share(pair, weights, (place, distance), mesh)
             };
-            let of_others =
-                layers.pairs.iter().filter(is_touching).map(|pair| spring(pair, x, own.radius, (&share, &resistance)));
+            let radius = |pair: &Pair| match are_neighbours(pair, mesh) {
+                true => own.radius.min(PART_OF_REST * pair.nearest(&mesh.0.rest_position).way.length()),
+                false => own.radius,
+            };
+            let touching = layers.pairs.iter().filter(is_touching);
+            let of_others = touching.map(|pair| spring(pair, x, (own.radius, &radius), (&share, &resistance)));
             for (spring, force) in of_through.chain(of_others).flatten() {
                 layers.touching += 1;
                 for (row, weight) in spring.rows.into_iter().zip(spring.weights) {
@@ -114,7 +121,7 @@ impl Layers {
     }
 }
 
-/// Vertices that cannot move against each other.
+/// Vertices that cannot move against each other; those that jaws draw by springs can.
 struct HeldTogether {
     /// Number of the holder of each vertex; zero for none.
     by: Vec<u32>,
@@ -125,7 +132,8 @@ impl HeldTogether {
         let mut by: Vec<u32> = free.iter().map(|free| u32::from(*free == DVec3::ZERO)).collect();
         by.resize(count, 0);
         for (name, pinch) in (2..).zip(grips.iter().flat_map(|grips| &grips.pinches)) {
-            pinch.held.rows().iter().for_each(|&row| by[row as usize] = name);
+            let rows = pinch.held.rows().iter().map(|&row| row as usize);
+            rows.for_each(|row| by[row] = if by[row] > 0 { name } else { 0 });
         }
         Self { by }
     }
@@ -175,16 +183,20 @@ fn against(pair: &Pair, weights: [f64; 4], normal: DVec3, resistance: &impl Fn(u
     1.0 / pair.rows.into_iter().zip(weights).map(softness).sum::<f64>()
 }
 
-/// The spring of a pair within the radius, and its force \[N\].
+/// The spring of a pair within its own radius, which is `most` or less, and its force \[N\].
 fn spring(
     pair: &Pair,
     x: &[DVec3],
-    radius: f64,
+    (most, radius): (f64, &impl Fn(&Pair) -> f64),
     (share, resistance): (&impl Fn(&Pair, &[f64; 4], f64) -> f64, &impl Fn(u32, DVec3) -> f64),
 ) -> Option<(PairSpring, f64)> {
     let Nearest { weights, way } = pair.nearest(x);
     let distance = way.length();
-    if !(distance < radius && distance > 0.0) {
+    if !(distance < most && distance > 0.0) {
+        return None;
+    }
+    let radius = radius(pair);
+    if distance >= radius {
         return None;
     }
     let share = share(pair, &weights, distance);
@@ -197,6 +209,13 @@ fn spring(
     let force = stiffness * (radius - distance) / (ratio * ratio);
     let slope = stiffness * (1.0 + 2.0 * (1.0 - ratio) / ratio) / (ratio * ratio);
     Some((PairSpring { rows: pair.rows, weights, normal, stiffness: slope.min(MOST_STIFFNESS * of_body) }, force))
+}
+
+/// Whether an edge of the mesh joins the parts of a pair.
+fn are_neighbours(pair: &Pair, (_, triangles, topology): Mesh<'_>) -> bool {
+    let (first, second) = pair.rows.split_at(pair.first());
+    let around = |v: &u32| topology.incident[*v as usize].iter().map(|entry| triangles.corners[*entry as usize / 3]);
+    first.iter().flat_map(around).any(|corners| corners.iter().any(|v| second.contains(v)))
 }
 
 /// Number of planes at every vertex, which bear a part each: the more there are the softer is each, or the solve would not see layers move together.

@@ -1,8 +1,9 @@
 //! Search for pairs that may touch, among candidates.
 //!
-//! A pair is left out where a vertex of one part lies within the band of one of the other in the rest shape: neighbours, and the lips of a
-//! tear, which begin at distance zero. The pairs of a sweep are the same whatever the candidates are, and sorted by rows before anything is summed.
+//! A pair is left out where a vertex of one part is one of the other, or lies within the band of it in the rest shape, as on the lips of a tear, which
+//! begin at distance zero. The pairs of a sweep are the same whatever the candidates are, and sorted by rows before anything is summed.
 
+use super::candidates::near;
 use super::closest::cross;
 use crate::components::{Bounds, Candidate, Layers, Pair, PairStart};
 use crate::storage::{NONE, Topology};
@@ -136,7 +137,8 @@ impl Sweep<'_> {
             self.renew(candidates, order, &of_vertex);
         }
         let of_triangle = corners.iter().map(|corners| Bounds::of_triangle(&of_vertex, *corners)).collect();
-        let ways = Ways { sweep: self, of_vertex, of_triangle };
+        let faces = [self.start, self.x].map(|x| corners.iter().map(|corners| Face::new(*corners, x)).collect());
+        let ways = Ways { sweep: self, of_vertex, of_triangle, faces };
         let most = MOST_PER_TRIANGLE * corners.len() + MOST_BESIDE;
         let candidates = std::mem::take(&mut layers.candidates);
         for Candidate { rows, near } in &candidates.list {
@@ -150,6 +152,9 @@ impl Sweep<'_> {
             if layers.pairs.len().max(layers.met) > most {
                 break;
             }
+        }
+        if self.between.is_none() {
+            ways.pairs_of_fans(layers);
         }
         layers.are_too_many = candidates.are_too_many || layers.pairs.len().max(layers.met) > most;
         layers.candidates = candidates;
@@ -187,17 +192,120 @@ impl Sweep<'_> {
     }
 }
 
-/// Boxes around the ways of a sweep.
+/// Boxes around the ways of a sweep, and its triangles at the start and at the end.
 struct Ways<'a> {
     sweep: &'a Sweep<'a>,
     of_vertex: Vec<Bounds>,
     of_triangle: Vec<Bounds>,
+    faces: [Vec<Face>; 2],
+}
+
+/// The triangles at every vertex, in their order.
+struct Fans {
+    first: Vec<u32>,
+    triangles: Vec<u32>,
+}
+
+impl Fans {
+    fn new(count: usize, corners: &[[u32; 3]]) -> Self {
+        let mut first = vec![0; count + 1];
+        corners.as_flattened().iter().for_each(|&v| first[v as usize + 1] += 1);
+        (0..count).for_each(|v| first[v + 1] += first[v]);
+        let (mut next, mut triangles) = (first.clone(), vec![0; 3 * corners.len()]);
+        for (t, of_triangle) in (0..).zip(corners) {
+            for &v in of_triangle {
+                triangles[next[v as usize] as usize] = t;
+                next[v as usize] += 1;
+            }
+        }
+        Self { first, triangles }
+    }
+
+    fn at(&self, v: usize) -> &[u32] {
+        &self.triangles[self.first[v] as usize..self.first[v + 1] as usize]
+    }
+}
+
+/// Three times the middle of a triangle \[mm\], and twice its area along its normal \[mm²\].
+struct Face {
+    middle: DVec3,
+    normal: DVec3,
+}
+
+impl Face {
+    fn new([a, b, c]: [u32; 3], x: &[DVec3]) -> Self {
+        let [a, b, c] = [x[a as usize], x[b as usize], x[c as usize]];
+        Self { middle: a + b + c, normal: (b - a).cross(c - a) }
+    }
 }
 
 impl Ways<'_> {
+    /// Whether no pair of two triangles comes within reach: a direction tells them apart at the start and at the end, or they have an edge in
+    /// common and are not folded there beyond a right angle at the end.
+    fn are_told_apart(&self, [t, u]: [u32; 2], near: &[[bool; 3]; 3]) -> bool {
+        let Self { sweep: Sweep { x, start, corners, reach, .. }, faces, .. } = self;
+        let [c, d] = [corners[t as usize], corners[u as usize]];
+        let [t, u] = [t as usize, u as usize];
+        let near_count: u32 = near.as_flattened().iter().map(|is_near| u32::from(*is_near)).sum();
+        if near_count > 1 {
+            let has_edge = c.iter().filter(|v| d.contains(v)).count() == 2;
+            return has_edge && faces[1][t].normal.dot(faces[1][u].normal) > 0.0;
+        }
+        // The corner near one of the other triangle touches no part that has it; all others lie beyond the whole triangle.
+        let place = |is_near: bool, k: usize| if is_near { k } else { 3 };
+        let (mut first, mut second) = (3, 3);
+        if near_count > 0 {
+            for k in 0..3 {
+                first = first.min(place(near[k] != [false; 3], k));
+                second = second.min(place(near.iter().any(|row| row[k]), k));
+            }
+        }
+        faces.iter().any(|faces| {
+            let way = faces[t].middle - faces[u].middle;
+            let gap = reach * way.length();
+            [start, x].iter().all(|x| {
+                let heights =
+                    |[a, b, c]: [u32; 3]| [way.dot(x[a as usize]), way.dot(x[b as usize]), way.dot(x[c as usize])];
+                let (above, below) = (heights(c), heights(d));
+                let lowest = above[0].min(above[1]).min(above[2]) - gap;
+                let highest = below[0].max(below[1]).max(below[2]) + gap;
+                (0..3).all(|k| (k == first || above[k] >= highest) && (k == second || below[k] <= lowest))
+            })
+        })
+    }
+
+    /// Pairs of triangles with a common vertex whose triangles do not all face one way at the end: where they do, none can meet another.
+    fn pairs_of_fans(&self, layers: &mut Layers) {
+        let Self { sweep: Sweep { x, corners, band, .. }, faces, .. } = self;
+        let fans = Fans::new(x.len(), corners);
+        let faces_one_way = |fan: &[u32]| {
+            let normals = || fan.iter().map(|&t| faces[1][t as usize].normal);
+            let sum: DVec3 = normals().sum();
+            normals().all(|normal| normal.dot(sum) > 0.0)
+        };
+        let is_folded: Vec<bool> = (0..x.len()).map(|v| !faces_one_way(fans.at(v))).collect();
+        for v in (0..x.len()).filter(|&v| is_folded[v]) {
+            for (place, &t) in fans.at(v).iter().enumerate() {
+                for &u in &fans.at(v)[..place] {
+                    // Two triangles come up with the first folded vertex that they have in common.
+                    let [c, d] = [t, u].map(|t| corners[t as usize]);
+                    let is_earlier = |w: &u32| (*w as usize) < v && is_folded[*w as usize] && d.contains(w);
+                    if !c.iter().any(is_earlier) {
+                        layers.met += 1;
+                        let near = near(&self.sweep.at_rest(u), &self.sweep.at_rest(t), band * band);
+                        self.triangle_pairs([u, t], &near, layers);
+                    }
+                }
+            }
+        }
+    }
+
     /// Pairs of two triangles. `near` are those of their corners that may not touch.
     fn triangle_pairs(&self, [t, u]: [u32; 2], near: &[[bool; 3]; 3], layers: &mut Layers) {
-        let Self { sweep, of_vertex, of_triangle } = self;
+        let Self { sweep, of_vertex, of_triangle, .. } = self;
+        if self.are_told_apart([t, u], near) {
+            return;
+        }
         if *near == [[false; 3]; 3] && sweep.cross([t, u]) {
             layers.crossed.push([t, u]);
             return;

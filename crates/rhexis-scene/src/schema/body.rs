@@ -267,7 +267,7 @@ pub struct ContactSpec {
 pub struct SelfContactSpec {
     /// Distance \[mm\] below which two layers repel each other, above 0 and at most half a mean edge.
     pub radius: f64,
-    /// Rest distance \[mm\] within which places do not touch, ≥ 0. Default ten radii or 1.6 mean edges, whichever is more.
+    /// Rest distance \[mm\] within which vertices, and parts with them, do not touch, ≥ 0. Default one radius.
     pub band: Option<f64>,
 }
 
