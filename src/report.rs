@@ -140,24 +140,12 @@ pub struct Report {
 }
 
 impl Report {
-    /// Time of all systems.
-    ///
-    /// # Examples
-    /// ```
-    /// # let (mut simulation, body) = rhexis::internal::example()?;
-    /// let report = simulation.step(5.0)?;
-    /// println!("{:?}", report.total_time());
-    /// # Ok::<(), rhexis::Error>(())
-    /// ```
-    pub fn total_time(&self) -> Duration {
-        self.systems.iter().map(|s| s.time).sum()
-    }
-
     /// Work of all bodies per millisecond of the step: times a frame's milliseconds, the value of
     /// [`Settings::budget`](crate::settings::Settings::budget) for that frame time on this machine. `None` where no time was measured or no work was done.
     pub fn work_per_millisecond(&self) -> Option<f64> {
         let work: f64 = self.bodies.iter().map(|body| f64::from(body.work)).sum();
-        let milliseconds = self.total_time().as_secs_f64() * 1e3;
+        let time: Duration = self.systems.iter().map(|system| system.time).sum();
+        let milliseconds = time.as_secs_f64() * 1e3;
         (work > 0.0 && milliseconds > 0.0).then(|| work / milliseconds)
     }
 }

@@ -19,6 +19,15 @@ const LEAST_FLOW: f64 = 1e-6;
 const FLOW_ITERATIONS: u32 = 100;
 
 /// Liquid or gas that fills a compartment: beyond the ambient pressure it has K·((C/V)^γ − 1) at the volume V, C being that of the content at ambient pressure.
+///
+/// # Examples
+/// ```
+/// use rhexis::components::Content;
+///
+/// let soft = Content { stiffness: 2.0, ..Content::default() };
+/// let air = Content { stiffness: 0.101325, exponent: 1.4, density: 1.2e-6 };
+/// assert!(air.density < soft.density);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Content {
@@ -30,23 +39,10 @@ pub struct Content {
     pub density: f64,
 }
 
-impl Content {
-    /// Liquid of a bulk modulus \[MPa\], with the density of water. That of water is 2200.
-    pub fn liquid(bulk_modulus: f64) -> Self {
-        Self { stiffness: bulk_modulus, exponent: 1.0, density: 1e-3 }
-    }
-
-    /// Gas with p·V^γ constant, in the atmosphere, with the density of air.
-    ///
-    /// # Examples
-    /// ```
-    /// use rhexis::components::Content;
-    ///
-    /// let air = Content::gas(1.4);
-    /// assert!(air.stiffness == 0.101325 && air.exponent == 1.4 && air.density < Content::liquid(2200.0).density);
-    /// ```
-    pub fn gas(exponent: f64) -> Self {
-        Self { stiffness: 0.101325, exponent, density: 1.2e-6 }
+impl Default for Content {
+    /// Water.
+    fn default() -> Self {
+        Self { stiffness: 2200.0, exponent: 1.0, density: 1e-3 }
     }
 }
 

@@ -45,7 +45,7 @@ pub fn acos(x: f64) -> f64 {
 
 /// The angle \[rad\] in \[−π/2, π/2\] of a tangent.
 #[inline]
-pub fn atan(x: f64) -> f64 {
+pub(crate) fn atan(x: f64) -> f64 {
     libm::atan(x)
 }
 

@@ -15,7 +15,7 @@ pub struct Rejected {
     /// The body, obstacle or tool.
     pub entity: Entity,
     /// Kind of the entity, and its name where it has one.
-    pub owner: String,
+    pub(crate) owner: String,
     /// Component, its rejected value and the requirement.
     pub source: BodyError,
 }

@@ -14,7 +14,7 @@ impl Simulation {
     /// # use rhexis::prelude::*;
     /// use rhexis::components::{Compartment, Content};
     ///
-    /// let content = Content { density: 1.1e-3, ..Content::liquid(2000.0) };
+    /// let content = Content { density: 1.1e-3, ..Content::default() };
     /// simulation.set(body, Compartment { content, chamber: 100.0, ..Compartment::default() })?;
     /// let state = simulation.compartment(body).ok_or("no compartment")?;
     /// assert_eq!([state.pressure, state.leaked, state.opening], [0.0; 3]);

@@ -32,11 +32,6 @@ impl Simulation {
         self.recorder.take().map(|recorder| recorder.finish(end))
     }
 
-    /// Whether inputs are being recorded.
-    pub fn is_recording(&self) -> bool {
-        self.recorder.is_some()
-    }
-
     /// Writes a call down, after the changes made before it.
     pub(super) fn note(&mut self, input: impl FnOnce() -> Input) {
         self.note_changes();

@@ -79,20 +79,6 @@ impl<T: Attachment> Attached<T> {
         &self.values
     }
 
-    /// Values of the members, to be rewritten.
-    ///
-    /// # Examples
-    /// ```
-    /// use rhexis::prelude::*;
-    ///
-    /// let mut weights = Attached::new([(3, 1.0), (5, 2.0)]);
-    /// weights.values_mut().iter_mut().for_each(|weight| *weight *= 2.0);
-    /// assert_eq!(weights.values(), [2.0, 4.0]);
-    /// ```
-    pub fn values_mut(&mut self) -> &mut [T] {
-        &mut self.values
-    }
-
     /// The members with their values, to be rewritten.
     ///
     /// # Examples

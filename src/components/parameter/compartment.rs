@@ -42,7 +42,7 @@ impl Default for Compartment {
     /// Tight, full of water, without inflow and without pressure outside.
     fn default() -> Self {
         let none = Curve::constant(0.0);
-        Self { content: Content::liquid(2200.0), inflow: none.clone(), outside: none, leak: 0.0, chamber: 0.0 }
+        Self { content: Content::default(), inflow: none.clone(), outside: none, leak: 0.0, chamber: 0.0 }
     }
 }
 

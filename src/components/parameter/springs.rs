@@ -60,13 +60,7 @@ impl Anchor {
     }
 
     /// Stiffness per area in the last solve \[N/mm³\].
-    ///
-    /// # Examples
-    /// ```
-    /// # use rhexis::prelude::*;
-    /// assert_eq!(rhexis::components::Anchor::new(DVec3::ZERO, 2.0).solved_stiffness(), 2.0);
-    /// ```
-    pub fn solved_stiffness(&self) -> f64 {
+    pub(crate) fn solved_stiffness(&self) -> f64 {
         self.bond.map_or(self.stiffness, |bond| self.stiffness * (1.0 - bond.solved))
     }
 }

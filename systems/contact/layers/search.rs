@@ -241,7 +241,7 @@ impl Face {
 
 impl Ways<'_> {
     /// Whether no pair of two triangles comes within reach: a direction tells them apart at the start and at the end, or they have an edge in
-    /// common and are not folded there beyond a right angle at the end.
+    /// common and are at the end not folded beyond a right angle.
     fn are_told_apart(&self, [t, u]: [u32; 2], near: &[[bool; 3]; 3]) -> bool {
         let Self { sweep: Sweep { x, start, corners, reach, .. }, faces, .. } = self;
         let [c, d] = [corners[t as usize], corners[u as usize]];
@@ -252,14 +252,8 @@ impl Ways<'_> {
             return has_edge && faces[1][t].normal.dot(faces[1][u].normal) > 0.0;
         }
         // The corner near one of the other triangle touches no part that has it; all others lie beyond the whole triangle.
-        let place = |is_near: bool, k: usize| if is_near { k } else { 3 };
-        let (mut first, mut second) = (3, 3);
-        if near_count > 0 {
-            for k in 0..3 {
-                first = first.min(place(near[k] != [false; 3], k));
-                second = second.min(place(near.iter().any(|row| row[k]), k));
-            }
-        }
+        let first = (0..3).find(|&k| near[k] != [false; 3]);
+        let second = first.and_then(|first| (0..3).find(|&k| near[first][k]));
         faces.iter().any(|faces| {
             let way = faces[t].middle - faces[u].middle;
             let gap = reach * way.length();
@@ -269,7 +263,7 @@ impl Ways<'_> {
                 let (above, below) = (heights(c), heights(d));
                 let lowest = above[0].min(above[1]).min(above[2]) - gap;
                 let highest = below[0].max(below[1]).max(below[2]) + gap;
-                (0..3).all(|k| (k == first || above[k] >= highest) && (k == second || below[k] <= lowest))
+                (0..3).all(|k| (first == Some(k) || above[k] >= highest) && (second == Some(k) || below[k] <= lowest))
             })
         })
     }
