@@ -57,10 +57,11 @@ impl ToolMotion {
     pub(super) fn go_on(&mut self, time: f64, place: DVec3, sums: &mut MotionSums) {
         let (before, from) = std::mem::replace(&mut self.last, (time, place));
         sums.path += from.distance(place);
-        if time - before > SAMPLE * WINDOW as f64 {
-            // A step longer than the window has no sway to tell of.
+        if time - before > SAMPLE * WINDOW as f64 || time + SAMPLE <= time {
+            // A step longer than the window has no sway to tell of, nor has one at a time whose rounding is longer than a sample.
             self.window = VecDeque::from([place]);
             self.next = time + SAMPLE;
+            return;
         }
         while self.next <= time {
             self.window.truncate(WINDOW - 1);
@@ -148,5 +149,9 @@ mod tests {
         // One of a day, as of a static run, takes no time and restarts the window.
         motion.go_on(1e8, DVec3::ZERO, &mut sums);
         assert_eq!((sums.tremor(), motion.window.len()), (None, 1));
+        for time in [1e20, 1e20, f64::MAX] {
+            motion.go_on(time, DVec3::ZERO, &mut sums);
+        }
+        assert_eq!(sums.tremor(), None);
     }
 }
