@@ -15,7 +15,7 @@ const LEAST_VOLUME: f64 = 1e-6;
 /// Flow in a span, as a part of the volume, below which the resistance of an orifice counts as constant in the tangent.
 const LEAST_FLOW: f64 = 1e-6;
 
-/// Iterations for the flow at the most.
+/// Maximum iterations for the flow: halving alone reaches rounding in fewer.
 const FLOW_ITERATIONS: u32 = 100;
 
 /// Liquid or gas that fills a compartment: beyond the ambient pressure it has K·((C/V)^γ − 1) at the volume V, C being that of the content at ambient pressure.

@@ -114,17 +114,19 @@ fn check_compartment(body: &impl Look) -> Result<(), BodyError> {
     if body.has::<CompartmentState>() {
         return Ok(());
     }
-    let begins = |compartment: &Compartment, vertices: &Vertices, triangles: &Triangles, topology: &Topology| {
-        check_volume(CompartmentState::new(compartment, (vertices, triangles, topology)).volume)
-    };
-    let volume = body.look(|compartment: &Compartment| {
+    filled(body).map_or(Ok(()), |state| check_volume(state.volume))
+}
+
+/// Content with which the compartment of a body begins; `None` without one.
+pub(super) fn filled(body: &impl Look) -> Option<CompartmentState> {
+    let state = body.look(|compartment: &Compartment| {
         body.look(|vertices: &Vertices| {
             body.look(|triangles: &Triangles| {
-                body.look(|topology: &Topology| begins(compartment, vertices, triangles, topology))
+                body.look(|topology: &Topology| CompartmentState::new(compartment, (vertices, triangles, topology)))
             })
         })
     });
-    volume.flatten().flatten().flatten().unwrap_or(Ok(()))
+    state.flatten().flatten().flatten()
 }
 
 /// Rules between holds, their rotations and the axes they leave free.

@@ -1,8 +1,9 @@
 //! Required components, added at spawn, by `set` and after direct edits of the world.
 
 use super::Look;
+use super::check::filled;
 use crate::components::*;
-use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::storage::{Tips, Triangles};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::forces::relaxation::rest;
 use crate::systems::fracture::{TearScratch, TipMemory};
@@ -127,14 +128,7 @@ fn fill(entity: &mut impl Give) {
     if entity.has::<CompartmentState>() {
         return;
     }
-    let state = entity.look(|compartment: &Compartment| {
-        entity.look(|vertices: &Vertices| {
-            entity.look(|triangles: &Triangles| {
-                entity.look(|topology: &Topology| CompartmentState::new(compartment, (vertices, triangles, topology)))
-            })
-        })
-    });
-    if let Some(state) = state.flatten().flatten().flatten() {
+    if let Some(state) = filled(entity) {
         entity.give(state);
     }
 }

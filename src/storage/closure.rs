@@ -15,7 +15,7 @@ pub struct Closure {
 }
 
 impl Closure {
-    /// Finds the boundary anew.
+    /// Finds the boundary of the surface as it is.
     pub fn find(&mut self, triangles: &Triangles, topology: &Topology) {
         let Self { is_beside, vertices, ends } = self;
         is_beside.clear();

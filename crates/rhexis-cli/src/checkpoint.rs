@@ -78,7 +78,7 @@ impl Checkpoint {
         let named = |error: SnapshotError| {
             let remedy = match error {
                 SnapshotError::Unreadable(_) => {
-                    "; if another version of the program has written it, begin the run anew without --resume"
+                    "; if another version of the program has written it, begin the run again without --resume"
                 }
                 _ => "",
             };

@@ -9,7 +9,8 @@ use crate::storage::Triangles;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct SelfContact {
-    /// Distance \[mm\] below which two layers repel each other, above 0 and at most half a mean edge of the mesh that takes it: the thickness of the tissue or more.
+    /// Distance \[mm\] below which two layers repel each other, above 0 and at most half a mean edge of the mesh that takes it, or a band that is given: the thickness of the
+    /// tissue or more.
     pub radius: f64,
     /// Rest distance \[mm\] within which vertices, and parts with them, do not touch, ≥ 0: those of small triangles, and the lips of a tear. Without it
     /// the body takes one radius.
@@ -28,7 +29,12 @@ impl SelfContact {
         // A body that has taken a band may have been refined since.
         let most = host.surface.map_or(f64::INFINITY, |(triangles, _)| 0.5 * mean_edge(triangles));
         let is_right = self.radius <= most.max(self.band.unwrap_or(0.0));
-        number("Contact", "radius of self_contact", self.radius, (is_right, "it must be at most half a mean edge"))
+        number(
+            "Contact",
+            "radius of self_contact",
+            self.radius,
+            (is_right, "it must be at most half a mean edge, or the band"),
+        )
     }
 }
 

@@ -1,5 +1,4 @@
-//! An energy balance as text and as bytes. Bytes without relaxation and compartments are those of older versions, which knew
-//! none.
+//! An energy balance as text and as bytes. Without relaxation and compartments the bytes are those of older versions.
 
 use super::energy_audit::{Energies, EnergyBalance};
 use serde::{

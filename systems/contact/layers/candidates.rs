@@ -157,7 +157,8 @@ impl Sweep<'_> {
         }
     }
 
-    /// Lists the pairs of triangles without a common vertex whose boxes meet and that have parts which may touch; where only some of the triangles are new, all others stay.
+    /// Lists the pairs of triangles without a common vertex whose boxes meet and that have parts which may touch; where only some of the
+    /// triangles are new, all others stay.
     fn list_candidates(&self, candidates: &mut Candidates, order: &[u32], are_new: Option<&[bool]>) {
         let Candidates { list, boxes, are_too_many, .. } = candidates;
         let most = CANDIDATES * (MOST_PER_TRIANGLE * order.len() + MOST_BESIDE);

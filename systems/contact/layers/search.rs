@@ -1,7 +1,7 @@
 //! Search for pairs that may touch, among candidates.
 //!
 //! A pair is left out where a vertex of one part is one of the other, or lies within the band of it in the rest shape, as on the lips of a tear, which
-//! begin at distance zero. The pairs of a sweep are the same whatever the candidates are, and sorted by rows before anything is summed.
+//! begin at distance zero. Pairs do not depend on the candidates, and are sorted by rows before anything is summed.
 
 use super::candidates::near;
 use super::closest::cross;

@@ -98,7 +98,7 @@ fn solve_body(
     if step.is_static && reject_increment(increment, scratch) {
         return;
     }
-    // Newton iteration limit reached; the last iterate is already evaluated.
+    // Newton iteration limit or budget reached; the last iterate is already evaluated.
     if !step.is_static && step.newton_iterations > 1 && result.newton_iterations == step.newton_iterations {
         return;
     }

@@ -80,7 +80,7 @@ fn seen_along(outline: &[DVec3], axis: &Axis) -> Vec<DVec2> {
     outline.iter().map(seen).collect()
 }
 
-/// The farthest place of an outline in every direction; zero where there is none.
+/// Distance of the farthest place of an outline in every direction; zero in directions without one.
 fn radii(points: &[DVec2]) -> Vec<f64> {
     let mut radii = vec![0.0_f64; RAYS];
     let step = TAU / RAYS as f64;

@@ -432,7 +432,7 @@ mod tests {
             let shifted = vertices.rest_position.iter().map(|&rest| rest + way).collect();
             vertices.position = shifted;
             course.note(instance.simulation.world(), 10.0, &[]);
-            // The scene's zonules have 4 N/mm in all. The largest load stays, and a push along the axis is none. Rounding only: the axis is that of the
+            // The scene's zonules have 4 N/mm in all. The largest load stays, and a push along the axis does not count. Rounding only: the axis is that of the
             // rim's area.
             let load = course.figures().zonule_load.unwrap();
             assert!((load - 4.0 * 0.01).abs() < 1e-12, "{load}");

@@ -21,7 +21,7 @@ pub struct CompartmentSpec {
     /// Coefficient of discharge of openings that tears make, from 0, tight, to 1; 0.6 for sharp edges.
     #[serde(default)]
     pub leak: f64,
-    /// Volume \[mm³\] of rigid room beside that under the triangles: of a flat body, whose own is none, it must be given.
+    /// Volume \[mm³\] of rigid room beside that under the triangles; a flat body, without volume of its own, must have some.
     #[serde(default)]
     pub chamber: f64,
     /// Whether the boundary of the mesh is closed by flat lids; a mesh that has none is closed by itself.
