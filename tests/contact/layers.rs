@@ -205,7 +205,7 @@ fn layers_between_jaws_that_draw_by_springs_do_not_pass_through_each_other() {
     let lowest = with(&simulation, body, |v, _| {
         v.position.iter().zip(&v.rest_position).filter(|(_, rest)| rest.z == 1.0).map(|(p, _)| p.z).fold(1.0, f64::min)
     });
-    // Ten times as long as a fall of 1 mm takes.
+    // At rest within four radii of the lower leaf, after more than ten times as long as a fall of 1 mm takes.
     assert!(lowest > 0.0 && lowest < 0.2, "{lowest}");
 }
 
